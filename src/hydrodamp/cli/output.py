@@ -6,7 +6,6 @@ import functools
 import hashlib
 import os
 import platform
-import re
 import shlex
 import shutil
 import subprocess
@@ -107,7 +106,7 @@ def handle_errors(command: Callable[P, R]) -> Callable[P, R]:
             except (typer.Exit, BrokenPipeError):
                 raise
             except HydrodampError as error:
-                fail(_name_extras(str(error), command.__name__, kwargs), WRONG_INPUT)
+                fail(_name_extras(error, command.__name__, kwargs), WRONG_INPUT)
             except OSError as error:
                 fail(f"{error.filename or 'file'}: {error.strerror or error}", WRONG_INPUT)
             except (KeyboardInterrupt, Exception) as error:
@@ -147,12 +146,13 @@ def standard_input_as_file(arguments: dict[str, Any]) -> Iterator[None]:
         yield
 
 
-def _name_extras(message: str, command: str, arguments: Mapping[str, Any]) -> str:
-    """Return a message that asks for an extra, with the extra of reports if the call needs it."""
+def _name_extras(error: HydrodampError, command: str, arguments: Mapping[str, Any]) -> str:
+    """Return the message of an error; a missing package is followed by those of the report."""
     draws = command in _REPORTING_COMMANDS and arguments.get("out") is not None
-    if draws and not all(map(find_spec, ("jinja2", "matplotlib"))):
-        return re.sub(r"hydrodamp\[(?!report)(\w+)\]", r"hydrodamp[\1,report]", message)
-    return message
+    is_missing = isinstance(error.__cause__, ImportError)
+    if draws and is_missing and not all(map(find_spec, ("jinja2", "matplotlib"))):
+        return f'{error}. Its report needs more packages: pip install "hydrodamp[report]"'
+    return str(error)
 
 
 def named_inputs(arguments: Mapping[str, Any]) -> list[Path]:
