@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from fnmatch import fnmatch
 from functools import lru_cache, partial
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -31,6 +32,7 @@ from benchmark_tables import number, table
 from expert_script import replay_script
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import AXES, VELOCITY_OF
+from hydrodamp.identification.general_model import remove_duplicates
 from hydrodamp.simulation.replay import Trajectory, score
 from measured_splits import Split, models, read_logs, read_splits
 from tables import finish_jobs, replace_table
@@ -39,8 +41,8 @@ MARKS = "<!-- measured -->", "<!-- end of measured -->"
 SUMMARY_MARKS = "<!-- summary -->", "<!-- end of summary -->"
 EARLIER = Path(__file__).with_name("benchmark_afd9ded.toml")
 METHODS = "ls", "weak", "oe", "recommended"
-GENERAL, SCRIPT, MUJOCO = "general", "script", "mujoco-sysid"
-WITH_MUJOCO = "bluerov2", "beluga"
+GENERAL, POLYNOMIAL, SCRIPT, MUJOCO = "general", "polynomial", "script", "mujoco-sysid"
+WITH_MUJOCO, WITH_POLYNOMIAL = ("bluerov2", "beluga"), ("kvlcc2",)
 
 
 class Row(NamedTuple):
@@ -65,6 +67,8 @@ class Row(NamedTuple):
 def entries(split: Split) -> Iterator[tuple[str, str]]:
     """Yield model and method of every entry of a split."""
     yield GENERAL, "recommended"
+    if split.vehicle in WITH_POLYNOMIAL:
+        yield from ((POLYNOMIAL, method) for method in METHODS)
     yield from ((model.key, method) for model in models(split) for method in METHODS)
     yield from (("", method) for method in (SCRIPT, *outside_methods.available()))
     if split.vehicle in WITH_MUJOCO and outside_mujoco.is_available():
@@ -93,6 +97,8 @@ def _ours(split: Split, logs: Logs, key: str, method: str) -> Row:
     began = time.process_time()
     if key == GENERAL:
         model = hd.general_model(logs.vehicle, logs.train)
+    elif key == POLYNOMIAL:
+        model = polynomial(split, logs)
     else:
         model = next(each for each in models(split) if each.key == key)
     problem = hd.prepare(logs.vehicle, logs.train, model)
@@ -108,6 +114,17 @@ def _ours(split: Split, logs: Logs, key: str, method: str) -> Row:
     status = "diverged" if found.diverged else fit.status.word
     fits = {} if found.diverged else found.fit_by_axis
     return Row(split.name, key, method, status, seconds, found.rms, fits, inside)
+
+
+def polynomial(split: Split, logs: Logs) -> hd.DampingModel:
+    """Return the terms of the outside methods, on every free axis, as a model."""
+    squares = ("*".join(pair) for pair in combinations_with_replacement(split.velocities, 2))
+    own = (f"{each}*|{each}|" for each in split.velocities)
+    terms = " ".join(["1", *split.velocities, *own, *squares, *split.terms])
+    model = hd.DampingModel.from_table(
+        dict.fromkeys(logs.vehicle.axes, terms), key=POLYNOMIAL, title="Second order"
+    )
+    return remove_duplicates(hd.prepare(logs.vehicle, logs.train, model), model)
 
 
 def _shares_inside(logs: Logs, fit: hd.Fit) -> dict[str, float]:
@@ -199,6 +216,13 @@ def _entry(row: Row) -> str:
     return f"`{row.method}`" + (f" `{row.model}`" if row.model else "")
 
 
+def _group(row: Row) -> str:
+    """Return the name of an entry over all splits: models of examples have one."""
+    if row.model in ("", GENERAL, POLYNOMIAL):
+        return ", ".join(f"`{name}`" for name in (row.method, row.model) if name)
+    return f"`{row.method}`, example's model"
+
+
 def _errors(row: Row, best: float) -> tuple[str, str]:
     is_known = row.error < math.inf
     return ("-", "-") if not is_known else (f"{row.error:.3f}", number(row.error / best))
@@ -218,10 +242,7 @@ def regrets(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
         best[row.split] = min(best.get(row.split, math.inf), row.error)
     found: dict[str, dict[str, float]] = {}
     for row in rows:
-        has_example = row.model not in ("", GENERAL)
-        name = f"`{row.method}`" + (", example's model" if has_example else "")
-        name += ", `general`" if row.model == GENERAL else ""
-        of_entry = found.setdefault(name, {})
+        of_entry = found.setdefault(_group(row), {})
         regret = row.error / best[row.split]
         of_entry[row.split] = min(of_entry.get(row.split, math.inf), regret)
     return found
@@ -233,12 +254,7 @@ def summary_table(rows: Sequence[Row]) -> str:
     lines = []
     for name, by_split in regrets(rows).items():
         values = sorted(by_split.values())
-        method = name.split("`")[1]
-        seconds[name] = sum(
-            row.seconds
-            for row in rows
-            if row.method == method and ("general" in name) == (row.model == GENERAL)
-        )
+        seconds[name] = sum(row.seconds for row in rows if _group(row) == name)
         finite = [value for value in values if value < math.inf]
         median = number(float(np.median(values))) if np.median(values) < math.inf else "-"
         worst = number(finite[-1]) if finite else "-"
@@ -259,7 +275,7 @@ def leads(rows: Sequence[Row]) -> Iterator[tuple[str, Row, Row | None, Row]]:
         default = [row for row in of_split if row.method == "recommended"]
         parts = (
             [row for row in default if row.model == GENERAL],
-            [row for row in default if row.model != GENERAL],
+            [row for row in default if row.model not in (GENERAL, POLYNOMIAL)],
             [row for row in of_split if not row.model],
         )
         general, example, other = (min(part, key=_error, default=None) for part in parts)
