@@ -44,12 +44,10 @@ from benchmark_tables import HORIZONS, Row, markdown
 from hydrodamp.files import save_text
 from hydrodamp.identification.fit import Method
 from hydrodamp.simulation.replay import horizon_scores
+from tables import TABLES, replace_table
 
 METHODS = tuple(hd.METHODS)
 """The methods that take part if none is named."""
-
-MARKS = ("<!-- tables -->", "<!-- end of tables -->")
-"""Lines of a page between which the tables stand."""
 
 Job = tuple[str, str, str]
 """A campaign, a model and a method, by their names."""
@@ -166,17 +164,6 @@ def rows_of(work: Sequence[Job], workers: int) -> Iterator[Row]:
             raise
 
 
-def fill(page: Path, text: str) -> None:
-    """Put the tables between the two marks of a page."""
-    head, mark, rest = page.read_text(encoding="utf-8").partition(MARKS[0])
-    _, end, tail = rest.partition(MARKS[1])
-    if not (mark and end):
-        raise typer.BadParameter(
-            f"{page} has no place for tables: a line {MARKS[0]}, then {MARKS[1]}"
-        )
-    save_text(f"{head}{mark}\n\n{text}\n{end}{tail}", page)
-
-
 def main(
     out: Annotated[Path, typer.Option(help="Folder for rows.jsonl and benchmark.md.")],
     campaigns: Annotated[str, typer.Option(help="Names or patterns, with commas.")] = "*",
@@ -203,7 +190,7 @@ def main(
     text = markdown(found)
     save_text(text, out / "benchmark.md")
     if page is not None:
-        fill(page, text)
+        replace_table(page, TABLES, text)
     Console().print(Markdown(text))
 
 

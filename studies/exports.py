@@ -23,9 +23,9 @@ import typer
 from scipy.spatial.transform import Rotation
 
 import hydrodamp as hd
-from benchmark import fill
 from hydrodamp.export.export import TARGETS
 from hydrodamp.export.fidelity import Fidelity
+from tables import TABLES, replace_table
 
 RATE = 100.0
 """Of the ROV's integration; a tenth of it is kept [Hz]."""
@@ -163,7 +163,7 @@ def main(
         lines += tables(one, which, list(targets or TARGETS))
     text = "\n".join(lines)
     if page is not None:
-        fill(page, text)
+        replace_table(page, TABLES, text)
     print(text)
 
 

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import hydrodamp as hd
-from benchmark import fill
 from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.target import save_files
+from tables import TABLES, replace_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "how-to" / "live" / "microcontroller.md"
 
@@ -202,7 +202,7 @@ def main() -> None:
     )
     models = [(key, real) for key in ("prestero", "pitch-yaw") for real in ("float", "double")]
     body = [line for key, real in models for line in measure_identifiers(key, real)]
-    fill(PAGE, "\n".join([head, "|---|---|---|---|---|---|---|", *body]))
+    replace_table(PAGE, TABLES, "\n".join([head, "|---|---|---|---|---|---|---|", *body]))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,6 @@ from rich.markdown import Markdown
 from scipy.stats import spearmanr
 
 import hydrodamp as hd
-from benchmark import fill
 from conditions import accelerated
 from hydrodamp.identification.fit import Method
 from hydrodamp.identification.online import Adaptation
@@ -30,6 +29,7 @@ from hydrodamp.kernels.core import Gains
 from hydrodamp.simulation.campaign.conditions import Conditions
 from hydrodamp.simulation.campaign.reenact import DURATION, TRUTHS, Campaign, CampaignSetup
 from hydrodamp.simulation.problem import EquationTable
+from tables import TABLES, replace_table
 
 COMPOSITE = {"ai-composite": hd.CompositeIdentifier()}
 """The identifier with a memory of the filtered equation."""
@@ -207,7 +207,7 @@ def main(
     """Print the tables."""
     text = "\n".join(repeats("sname", 1))
     if page is not None:
-        fill(page, text, REPEAT_MARKS)
+        replace_table(page, REPEAT_MARKS, text)
     Console().print(Markdown(text))
     if only_repeats:
         return
@@ -217,7 +217,7 @@ def main(
         lines += table(truth, [sailed(seeds, truth, noise) for noise in NOISES.values()])
     text = "\n".join(lines)
     if page is not None:
-        fill(page, text)
+        replace_table(page, TABLES, text)
     Console().print(Markdown(text))
 
 

@@ -7,18 +7,24 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
+import typer
 from rich.progress import track
 
 from hydrodamp.files import save_text
 
 Row = TypeVar("Row")
 
+TABLES = "<!-- tables -->", "<!-- end of tables -->"
+"""Marks of a page with one set of tables."""
+
 
 def replace_table(page: Path, marks: tuple[str, str], text: str) -> None:
     """Replace what a page has between two marks."""
-    old = page.read_text("utf-8")
-    before, after = old.split(marks[0])[0], old.split(marks[1])[1]
-    save_text(f"{before}{marks[0]}\n{text}\n{marks[1]}{after}", page)
+    before, first, rest = page.read_text("utf-8").partition(marks[0])
+    _, last, after = rest.partition(marks[1])
+    if not last:
+        raise typer.BadParameter(f"{page} lacks a line {marks[0]}, or {marks[1]} after it")
+    save_text(f"{before}{first}\n{text}\n{last}{after}", page)
 
 
 def finish_jobs(
