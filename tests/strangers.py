@@ -272,12 +272,14 @@ def evaluate(it, expressions):
     return columns
 
 
-def write_columns(path, columns, sep, form):
+def write_columns(path, columns, sep=",", form="%.17g"):
     """Write columns in the format of the name."""
     if path.suffix == ".mat":
         savemat(path, columns)
     elif path.suffix == ".npz":
         np.savez(path, **columns)
+    elif path.suffix == ".npy":
+        np.save(path, np.rec.fromarrays([*columns.values()], names=[*columns]))
     elif path.suffix == ".h5":
         with pytest.importorskip("h5py").File(path, "w") as file:
             file.update(columns)

@@ -6,6 +6,7 @@ import pytest
 from hydrodamp.basis.basis import UNION, Basis, canonical_key
 from hydrodamp.basis.term import Term
 from hydrodamp.errors import TermError
+from table_rows import rows
 
 
 @pytest.fixture
@@ -41,30 +42,27 @@ def test_a_basis_keeps_the_order_given_and_a_union_brings_the_canonical_one():
     assert Basis.union(one, other).commands == ("rudder",)
 
 
-def test_membership_and_index_take_terms_and_spellings():
+def test_membership_and_index_take_terms_and_spellings(refused):
     basis = Basis.of("u", "v|r|")
     assert "|r|v" in basis
     assert Term.parse("u") in basis
     assert "w" not in basis
     assert basis.index("|r|v") == basis.index(Term.parse("v|r|")) == 1
-    with pytest.raises(TermError, match=r"`v\|v\|` is not in the basis. Did you mean 'v\|r\|'"):
-        basis.index("v|v|")
+    refused(TermError, basis.index, "v|v|")
 
 
-def test_a_term_may_come_once():
-    with pytest.raises(TermError, match=r"v\|r\| comes twice"):
-        Basis.of("v|r|", "|r|v")
+def test_a_term_may_come_once(refused):
+    refused(TermError, Basis.of, "v|r|", "|r|v")
 
 
-def test_the_table_holds_atom_indices_and_zeros():
+def test_the_table_holds_atom_indices_and_zeros(refused):
     basis = Basis.of("1", "|r|V_v", "u|u|*rudder", "rpm*|rpm|")
     table = basis.atom_table(("rpm", "rudder"))
     assert table.dtype == np.int32
     assert table.tolist() == [[0, 0, 0, 0], [12, 15, 0, 0], [1, 7, 22, 0], [21, 23, 0, 0]]
     assert not table.flags.writeable
     assert Basis(()).atom_table().shape == (0, 4)
-    with pytest.raises(TermError, match="no channel 'rudder'"):
-        basis.atom_table(("rpm",))
+    refused(TermError, basis.atom_table, ("rpm",))
 
 
 def test_values_equal_hand_written_formulas(velocity):
@@ -121,19 +119,12 @@ def test_at_rest_signs_and_speeds_are_zero():
     assert basis.evaluate(np.zeros(6)).tolist() == [0.0] * 4
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        ({"velocity": np.zeros((6, 4))}, r"`velocity` must have shape \(n, 6\).*transposed"),
-        ({"velocity": np.zeros((2, 3, 6))}, "`velocity` must have shape"),
-        ({"commands": None}, "`commands` must hold rudder.*got none"),
-        ({"commands": {"ruder": 1.0}}, "`commands` must hold rudder.*got ruder"),
-        ({"commands": {"rudder": np.zeros(3)}}, r"`commands\['rudder'\]` must have shape \(4,\)"),
-        ({"propulsion_ratio": np.ones(5)}, r"`propulsion_ratio` must have shape \(4,\)"),
-        ({"down": np.ones((3, 3))}, r"`down` must have shape \(4, 3\)"),
-    ],
-)
-def test_wrong_arrays_are_refused(arguments, says):
-    good = {"velocity": np.zeros((4, 6)), "commands": {"rudder": 0.1}}
-    with pytest.raises(TermError, match=says):
-        Basis.of("u*rudder").evaluate(**{**good, **arguments})
+@rows("name, shape")
+def test_wrong_arrays_are_refused(name, shape, refused):
+    given = {"velocity": np.zeros((4, 6)), "commands": {"rudder": 0.1}, name: np.zeros(shape)}
+    refused(TermError, Basis.of("u*rudder").evaluate, **given)
+
+
+@pytest.mark.parametrize("commands", [None, {"ruder": 1.0}, {"rudder": np.zeros(3)}])
+def test_wrong_commands_are_refused(commands, refused):
+    refused(TermError, Basis.of("u*rudder").evaluate, np.zeros((4, 6)), commands=commands)

@@ -1,6 +1,3 @@
-import json
-from pathlib import Path
-
 import pytest
 
 from hydrodamp.data.channels import (
@@ -13,11 +10,10 @@ from hydrodamp.data.channels import (
     unit_factor,
 )
 from hydrodamp.errors import LogError
+from table_rows import rows
 
-TABLES = json.loads(Path(__file__).with_name("units.json").read_text("utf-8"))
 
-
-@pytest.mark.parametrize(("quantity", "unit", "value"), TABLES["nist"])
+@rows("quantity, unit, value")
 def test_factors_are_those_of_nist(quantity, unit, value):
     """NIST SP 811 (2008), appendix B.8, to the digits printed there."""
     assert unit_factor(unit, quantity) == pytest.approx(value, rel=1e-6)
@@ -27,7 +23,7 @@ def test_a_unit_of_another_quantity_is_refused(refused):
     refused(LogError, unit_factor, "deg", "angular rate")
 
 
-@pytest.mark.parametrize(("text", "unit"), TABLES["spellings"])
+@rows("text, unit")
 def test_units_are_known_in_the_spellings_of_files(text, unit):
     assert parse_unit(text) == unit
     assert is_unit(text) == (unit is not None or text in ("volt", "raw"))
@@ -44,7 +40,7 @@ def test_names_and_numbers_are_no_units(word):
     assert not is_unit(word)
 
 
-@pytest.mark.parametrize(("name", "found"), TABLES["trailing"])
+@rows("name, found")
 def test_a_name_may_end_in_its_unit(name, found):
     assert trailing_unit(name.split()) == (found and tuple(found))
 

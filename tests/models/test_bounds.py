@@ -6,19 +6,26 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import FileError, ModelError, VehicleError
+from hydrodamp import errors
+from hydrodamp.errors import FileError, ModelError
 from hydrodamp.models.files import damping_document
+from table_rows import rows
 
 DAMPING = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_v": -2.0})
 VEHICLE = "name: a\nmass_matrix: [[1,0,0],[0,1,0],[0,0,1]]\naxes: [X, Y, N]\n"
+FILES = {
+    "damping": (hd.read_damping, json.dumps(damping_document(DAMPING))),
+    "models": (hd.read_models, "name: m\nterms: {X: u}\n"),
+    "vehicle": (hd.read_vehicle, f"{VEHICLE}weight: 1\nbuoyancy: 1\n"),
+}
 
 
-@pytest.mark.parametrize("value", [1e300, -1e31])
-def test_a_coefficient_beyond_any_vessel_is_refused(tmp_path, value, refused):
-    document = damping_document(DAMPING)
-    document["coefficients"]["X_u"] = value
-    (tmp_path / "d.json").write_text(json.dumps(document), "utf-8")
-    refused(ModelError, lambda: hd.read_damping(tmp_path / "d.json"))
+@rows("kind, old, new, error")
+def test_a_file_with_a_wrong_value_is_refused(tmp_path, kind, old, new, error, refused):
+    read, text = FILES[kind]
+    path = tmp_path / ("d.json" if kind == "damping" else f"{kind[0]}.yaml")
+    path.write_text(text.replace(old, new), "utf-8")
+    refused(getattr(errors, error), read, path)
 
 
 def test_a_damping_without_any_number_is_neither_written_nor_read(tmp_path, refused):
@@ -27,24 +34,6 @@ def test_a_damping_without_any_number_is_neither_written_nor_read(tmp_path, refu
     assert not (tmp_path / "d.json").exists()
     (tmp_path / "d.json").write_text(json.dumps(damping_document(nothing)), "utf-8")
     refused(ModelError, lambda: hd.read_damping(tmp_path / "d.json"))
-
-
-def test_a_coefficient_given_twice_is_refused(tmp_path, refused):
-    text = json.dumps(damping_document(DAMPING)).replace('"X_u": -1.0', '"X_u": -1.0, "X_u": -9')
-    (tmp_path / "d.json").write_text(text, "utf-8")
-    refused(FileError, lambda: hd.read_damping(tmp_path / "d.json"))
-
-
-@pytest.mark.parametrize("terms", ['{X: "u u|u| u"}', '{X: "u", X Y: "u"}'])
-def test_a_term_given_twice_is_refused(tmp_path, terms, refused):
-    (tmp_path / "m.yaml").write_text(f"name: m\nterms: {terms}\n", "utf-8")
-    refused(ModelError, lambda: hd.read_models(tmp_path / "m.yaml"))
-
-
-@pytest.mark.parametrize("weight", ["true", "1e300"])
-def test_a_weight_that_is_none_is_refused(tmp_path, weight, refused):
-    (tmp_path / "v.yaml").write_text(f"{VEHICLE}weight: {weight}\nbuoyancy: 1\n", "utf-8")
-    refused(VehicleError, lambda: hd.read_vehicle(tmp_path / "v.yaml"))
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import hydrodamp as hd
 from hydrodamp.errors import FileError, ForeignVehicleWarning, ModelError
 from hydrodamp.models.damping import VehicleStamp, warn_if_foreign
 from hydrodamp.models.files import damping_document, damping_from_document
+from table_rows import rows
 
 STAMP = VehicleStamp("toy", 466.5, 470.0, "0123456789abcdef")
 
@@ -71,45 +72,27 @@ def test_numbers_that_are_not_finite_become_null_and_come_back_as_nan(tmp_path):
     assert np.isnan(again.covariance[1, 2])
 
 
-GONE = object()
+def find(document, path):
+    """Return the table at the parent of a path, and the last key."""
+    *parents, key = path.split("/")
+    for parent in parents:
+        document = document[parent]
+    return document, key
 
 
-def put(value, *path):
-    """Put a value at a place of a document, or take out what is there."""
-
-    def change(document):
-        for key in path[:-1]:
-            document = document[key]
-        if value is GONE:
-            del document[path[-1]]
-        else:
-            document[path[-1]] = value
-
-    return change
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        put("other", "format"),
-        put(2, "version"),
-        put(GONE, "model"),
-        put("v|x|", "model", "terms", "X"),
-        put("a b", "model", "key"),
-        put(GONE, "coefficients", "Y_v|v|"),
-        put("x", "coefficients", "Y_v|v|"),
-        put(float("nan"), "coefficients", "Y_uv"),
-        put(1.0, "coefficients", "Y_v|w|"),
-        put(["X_u"], "covariance", "order"),
-        put([[1.0]], "covariance", "matrix"),
-        put(["x"] * 33, "covariance", "matrix"),
-        put("toy", "vehicle"),
-        put(None, "vehicle", "weight"),
-    ],
-)
-def test_faults_are_named(damping, change, refused):
+@rows("path, value")
+def test_a_wrong_value_is_named(damping, path, value, refused):
     document = damping_document(damping)
-    change(document)
+    table, key = find(document, path)
+    table[key] = value
+    refused(ModelError, damping_from_document, document, "damping.json")
+
+
+@pytest.mark.parametrize("path", ["model", "coefficients/Y_v|v|"])
+def test_an_absent_value_is_named(damping, path, refused):
+    document = damping_document(damping)
+    table, key = find(document, path)
+    del table[key]
     refused(ModelError, damping_from_document, document, "damping.json")
 
 

@@ -1,15 +1,14 @@
 """Models of your own in YAML: read, extend, write, refuse."""
 
-import json
 from pathlib import Path
 
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import ModelError
+from table_rows import rows
 
 HERE = Path(__file__).parent
-TABLES = json.loads((HERE / "files.json").read_text("utf-8"))
 
 
 @pytest.fixture
@@ -46,6 +45,6 @@ def test_every_fault_of_a_file_comes_at_once_with_its_place(file, refused):
     refused(ModelError, hd.read_models, path)
 
 
-@pytest.mark.parametrize("text", TABLES["no models"])
+@rows("text")
 def test_a_file_that_is_neither_a_model_nor_a_list_of_them(file, text, refused):
     refused(ModelError, lambda: hd.read_models(file(text)))

@@ -1,8 +1,5 @@
 """Structure of a damping model: order, labels, packing, extension, fewer axes."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,8 +7,7 @@ from hydrodamp.basis.term import AXES, Term
 from hydrodamp.errors import ModelError
 from hydrodamp.models.catalog import catalog
 from hydrodamp.models.model import DampingModel, coefficient_unit, read_label
-
-TABLES = json.loads(Path(__file__).with_name("units.json").read_text("utf-8"))
+from table_rows import rows
 
 
 @pytest.fixture
@@ -86,6 +82,6 @@ def test_a_model_prints_itself(mine):
     assert "coefficients\n  X: u u|u|\n  Y: v v|r| u|u|*rudder\n  Z K M: no terms" in str(mine)
 
 
-@pytest.mark.parametrize(("label", "unit"), TABLES["units"])
+@rows("label, unit")
 def test_units(label, unit):
     assert coefficient_unit(*read_label(label)) == unit

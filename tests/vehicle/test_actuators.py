@@ -1,16 +1,13 @@
 """Laws that every kind of actuator keeps, then what each of them does."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import VehicleError
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
+from table_rows import rows
 
 ALL = [
     hd.Matrix(("forward", "turn"), [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 2]]),
@@ -27,27 +24,17 @@ ALL = [
 
 
 @pytest.mark.parametrize("actuator", ALL, ids=lambda one: f"{type(one).__name__}")
-class TestEveryKind:
-    def test_missing_command_is_named(self, actuator, refused):
-        refused(VehicleError, actuator.channels, {})
-        refused(
-            VehicleError,
-            actuator.channels,
-            {f"{actuator.commands[0]}s": np.zeros(2), "fuel": np.zeros(2)},
-        )
+def test_missing_command_is_named(actuator, refused):
+    refused(VehicleError, actuator.channels, {})
+    near = {f"{actuator.commands[0]}s": np.zeros(2), "fuel": np.zeros(2)}
+    refused(VehicleError, actuator.channels, near)
 
 
-def test_a_matrix_has_a_row_a_command(refused):
-    refused(VehicleError, hd.Matrix, ("forward",), [[1, 2, 3]])
-
-
-def test_dead_zones_of_fins_and_propellers(refused):
+def test_dead_zones_of_fins_and_propellers():
     fin = ALL[3].channels({"rudder": np.array([-0.02, -0.01, 0.0, 0.02, 0.03])})
     np.testing.assert_array_equal(fin["rudder_limited"], [-0.02, 0, 0, 0, 0.03])
     propeller = ALL[5].channels({"rpm": np.array([-200.0, 0.0, 150.0, 151.0, 2000.0])})
     np.testing.assert_array_equal(propeller["rpm_limited"], [-200, 0, 0, 151, 1500])
-    refused(VehicleError, hd.Fin, "rudder", {"Y": 9.0}, dead_zone=(0.1, -0.1))
-    refused(VehicleError, hd.Propeller, "rpm", 3e-6, dead_zone=(1, 2, 3))
 
 
 def test_propulsion_speed():
@@ -58,37 +45,15 @@ def test_propulsion_speed():
     assert hd.Propeller("rpm", 1.0).propulsion_speed({"rpm": np.zeros(1)}) is None
 
 
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda: hd.Propeller("rpm", np.nan),
-        lambda: hd.Propeller("rpm", 1.0, speed_slope=0.0),
-        lambda: hd.Propeller("rpm", 1.0, limit=-1.0),
-        lambda: hd.Fin("uv", {"Y": 1.0}),
-        lambda: hd.Fin("rudder", {"Y": 1.0}, name="2nd"),
-        lambda: hd.Fin("rudder", {"Y": 1.0}, name="r"),
-        lambda: hd.Fin("rudder", {"Q": 1.0}),
-        lambda: hd.Fin("rudder", {"Y": np.inf}),
-    ],
-)
-def test_refusals(call, refused):
-    refused(VehicleError, call)
+@rows("kind, fields")
+def test_refusals(kind, fields, refused):
+    refused(VehicleError, getattr(hd, kind), **fields)
 
 
 def test_thruster_limit_dead_zone_and_gain():
     command = np.array([-2.0, -0.5, -0.1, 0.0, 0.2, 0.21, 2.0])
     thrust = ALL[8].channels({"port": command})["port_thrust"]
     np.testing.assert_allclose(thrust, [-36, -20, 0, 0, 0, 8.4, 36])
-
-
-@pytest.mark.parametrize("settings", WRONG["thrusters"])
-def test_thruster_refusals(settings, refused):
-    refused(
-        VehicleError,
-        hd.Thruster,
-        "bow",
-        **{"position": (0, 0, 0), "direction": (1, 0, 0), **settings},
-    )
 
 
 CURVE = hd.Curve("m1", reference=400.0, reverse_ratio=0.8, exponent=1.6, dead_band=25.0)
@@ -117,7 +82,7 @@ def test_actuators_and_propulsion_get_the_value_of_a_curve():
     np.testing.assert_allclose(vehicle.propulsion_speed(commands), 0.01 * values)
 
 
-@pytest.mark.parametrize("fields", WRONG["curves"])
+@rows("fields")
 def test_a_curve_that_cannot_be_is_refused(fields, refused):
     refused(VehicleError, replace, CURVE, **fields)
 

@@ -1,6 +1,4 @@
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +7,7 @@ import hydrodamp as hd
 from hydrodamp import errors
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet, format_vehicle, parse_vehicle
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
+from table_rows import rows
 
 RIGID = "rigid_body: {mass: 10, inertia: [1, 2, 2]}\n"
 ADDED = f"added_mass: {np.diag([1.0, 8, 8, 0.1, 1, 1]).tolist()}\n"
@@ -101,7 +98,7 @@ def test_a_body_that_only_moves_along_needs_no_inertia():
     assert parse_vehicle(text.replace("AAA", rows)).mass_matrix[1, 1] == 4.0
 
 
-@pytest.mark.parametrize("text", WRONG["files"])
+@rows("text")
 def test_faults_are_collected_with_file_and_key(tmp_path, text, refused):
     path = tmp_path / "mine.yaml"
     path.write_text(text)

@@ -1,8 +1,5 @@
 """Estimates from main dimensions against published ships, boats and ROVs."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -13,8 +10,6 @@ from hydrodamp.vehicle.file import parse_vehicle
 from hydrodamp.vehicle.hulls import BOAT_STD, ROV_STD, SHIP_STD, WATER_DENSITY, ship_added_mass
 from hydrodamp.vehicle.template import vehicle_template
 from table_rows import rows
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
 
 KVLCC2_SCALE = 0.5 * 320.0**2 * 20.8
 TANKER_SCALE = 220000.0
@@ -139,7 +134,7 @@ def test_a_cube_and_a_prism_have_the_coefficients_of_the_table():
     np.testing.assert_allclose(inertia, np.array([0.5, 1.25, 1.25]) * 250.0 / 12.0)
 
 
-@pytest.mark.parametrize(("kind", "sizes"), WRONG["dimensions"])
+@rows("kind, sizes")
 def test_dimensions_that_cannot_be_are_refused(kind, sizes, refused):
     known = {"length": 1.2, "beam": 0.3, "draft": 0.1} | sizes
     refused(VehicleError, hd.Vehicle.from_dimensions, kind, **known)

@@ -1,10 +1,6 @@
 """Standard deviations and origins of the values of a vehicle file."""
 
-import json
-from pathlib import Path
-
 import numpy as np
-import pytest
 import yaml
 
 import hydrodamp as hd
@@ -12,8 +8,7 @@ from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.file import fleet_text, format_vehicle, parse_vehicle
 from hydrodamp.vehicle.priors import HULL_STD
 from hydrodamp.vehicle.template import vehicle_template
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
+from table_rows import rows
 
 #: Length and diameter of the fleet [m], a BlueROV2 by its frame.
 SIZES = {
@@ -29,25 +24,16 @@ def with_lines(**lines):
     return yaml.safe_dump(yaml.safe_load(fleet_text("lauv")) | lines)
 
 
-@pytest.mark.parametrize(
-    ("given", "name", "std"),
-    [
-        ("50 %", "added_mass", (0.5,) * 6),
-        ({"Y": "80%", "N": 2}, "added_mass", (0, 0.8, 0, 0, 0, 2)),
-        ([0.0, 0.0, 0.004], "center_of_gravity", (0, 0, 0.004)),
-        (0.01, "center_of_gravity", (0.01,) * 3),
-        ("2 %", "buoyancy", (0.02,)),
-    ],
-)
+@rows("given, name, std")
 def test_a_std_is_given_once_or_by_component_and_survives(given, name, std):
     vehicle = parse_vehicle(with_lines(std={name: given}, origin={name: "measured"}))
-    assert vehicle.std == {name: std}
+    assert vehicle.std == {name: tuple(std)}
     again = parse_vehicle(format_vehicle(vehicle))
     assert again == vehicle
     assert again.origin == {name: "measured"}
 
 
-@pytest.mark.parametrize("lines", WRONG["priors"])
+@rows("lines")
 def test_a_wrong_std_or_origin_is_refused_with_its_key(lines, refused):
     refused(VehicleError, lambda: parse_vehicle(with_lines(**lines)))
 

@@ -7,6 +7,7 @@ import pytest
 from hydrodamp.errors import VehicleError
 from hydrodamp.vehicle.actuators import Fin, Propeller
 from hydrodamp.vehicle.vehicle import Vehicle, mass_matrix_digest
+from table_rows import rows
 
 RUDDER = Fin("rudder", {"Y": 1.0}, limit=0.3)
 
@@ -51,25 +52,14 @@ def test_propulsion_speed_is_the_mean_of_the_propellers_that_know(equipped, moti
     assert equipped.propulsion_speed({"rudder": np.zeros(3)}) is None
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"weight": -1.0},
-        {"buoyancy": np.nan},
-        {"axes": ("N", "X")},
-        {"axes": ("X", "X")},
-        {"axes": ("X", "U")},
-        {"axes": ()},
-        {"center_of_gravity": (0, 0)},
-        {"center_of_buoyancy": (0, 0, np.inf)},
-        {"mass_matrix": -np.eye(6)},
-        {"added_mass": np.eye(3)},
-        {"actuators": (RUDDER,) * 2},
-        {"actuators": (RUDDER, Fin("rudder_limited", {"Y": 1.0}))},
-    ],
-)
+@rows("change")
 def test_refusals(equipped, change, refused):
     refused(VehicleError, dataclasses.replace, equipped, **change)
+
+
+@pytest.mark.parametrize("second", [RUDDER, Fin("rudder_limited", {"Y": 1.0})])
+def test_two_actuators_with_one_channel_are_refused(equipped, second, refused):
+    refused(VehicleError, dataclasses.replace, equipped, actuators=(RUDDER, second))
 
 
 def test_a_name_of_its_own_keeps_channels_of_one_command_apart(equipped):

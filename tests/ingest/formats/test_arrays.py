@@ -10,6 +10,7 @@ import pytest
 import scipy.io
 
 from hydrodamp.ingest.formats import arrays, files
+from strangers import write_columns
 
 TIME = np.arange(5.0)
 
@@ -81,15 +82,12 @@ def test_npz(tmp_path):
     assert [note.split("`")[1] for note in recording.notes] == ["mass", "cube", "wide"]
 
 
-def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path):
+@pytest.mark.parametrize("name", ["a.npz", "a.parquet"])
+def test_numbers_held_as_text_are_numbers_and_labels_stay_words(tmp_path, name):
     columns = {"u": np.array(["0.5", "1e3", ""]), "segment": np.array(["001", "001", "2"])}
-    np.savez(tmp_path / "a.npz", **columns)
-    arrow, writer = map(pytest.importorskip, ("pyarrow", "pyarrow.parquet"))
-    writer.write_table(arrow.table(columns), tmp_path / "a.parquet")
-    for name in ("a.npz", "a.parquet"):
-        (topic,) = files.read_files(tmp_path / name).topics
-        np.testing.assert_equal(topic.fields["u"], [0.5, 1000.0, np.nan])
-        assert topic.texts["segment"] == ("001", "001", "2")
+    (topic,) = files.read_files(write_columns(tmp_path / name, columns)).topics
+    np.testing.assert_equal(topic.fields["u"], [0.5, 1000.0, np.nan])
+    assert topic.texts["segment"] == ("001", "001", "2")
 
 
 def test_structures_of_numpy_are_taken_apart(tmp_path):
@@ -123,31 +121,12 @@ def test_mat_of_version_seven_three(tmp_path, userblock):
     assert "`words`" in recording.notes[0]
 
 
-def parquet_file(path):
-    arrow = pytest.importorskip("pyarrow")
-    pytest.importorskip("pyarrow.parquet").write_table(arrow.table({"time": TIME}), path)
-
-
-def hdf5_file(path):
-    with pytest.importorskip("h5py").File(path, "w") as file:
-        file["time"] = TIME
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "write"),
-    [
-        ("run.npz", lambda path: np.savez(path, time=TIME)),
-        ("run.npy", lambda path: np.save(path, np.array([*TIME], dtype=[("time", "f8")]))),
-        ("run.mat", lambda path: scipy.io.savemat(path, {"time": TIME})),
-        ("run.parquet", parquet_file),
-        ("run.h5", hdf5_file),
-    ],
-)
-def test_arrays_and_tables_compressed_by_gzip(tmp_path, name, write):
-    write(tmp_path / name)
-    packed = tmp_path / f"{name}.gz"
-    packed.write_bytes(gzip.compress((tmp_path / name).read_bytes()))
+@pytest.mark.parametrize("suffix", ["npz", "npy", "mat", "parquet", "h5"])
+def test_arrays_and_tables_compressed_by_gzip(tmp_path, suffix):
+    path = write_columns(tmp_path / f"run.{suffix}", {"time": TIME})
+    packed = tmp_path / f"{path.name}.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes()))
     assert files.read_files(packed).topics[0].fields["time"].tolist() == TIME.tolist()
 
 

@@ -3,7 +3,6 @@
 from datetime import UTC, datetime
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.ingest.formats.dates import is_date, parse_dates
@@ -58,18 +57,13 @@ def test_forms_of_dates(cell, seconds):
     assert parse_dates([cell])[0][0] == 1717200000.0 + seconds
 
 
-@pytest.mark.parametrize(
-    "cell",
-    ["25:61:61", "12:60:00", "12:30:61", "2024-06-01 25:00:00", "20240601", "20240601123000"],
-)
+@rows("cell")
 def test_other_cells_are_no_dates(cell):
     assert not is_date(cell)
     assert np.isnan(parse_dates([cell])[0][0])
 
 
-@pytest.mark.parametrize(
-    "cell", ["1-Jun-2024 12:00:05", "01 June 24 12:00:05", "1.jun.2024T12:00:05", "1/6/24 12:00:05"]
-)
+@rows("cell")
 def test_months_by_name_and_years_of_two_digits(cell):
     expected = datetime(2024, 6, 1, 12, 0, 5, tzinfo=UTC).timestamp()
     assert is_date(cell)

@@ -9,6 +9,7 @@ import pytest
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.read import canonical_record, read_log, read_recording
+from strangers import write_columns
 from table_rows import rows
 
 Write = Callable[..., Path]
@@ -24,30 +25,10 @@ COLUMNS = {
 }
 
 
-def write(path):
-    """Write the columns with the writer of each format."""
-    if path.suffix == ".parquet":
-        arrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
-        parquet = pytest.importorskip("pyarrow.parquet")
-        parquet.write_table(arrow.table(COLUMNS), path)
-    elif path.suffix == ".npz":
-        np.savez(path, **COLUMNS)
-    elif path.suffix == ".mat":
-        from scipy.io import savemat
-
-        savemat(path, COLUMNS)
-    else:
-        between = "\t" if path.suffix == ".tsv" else ","
-        rows = zip(*(column.tolist() for column in COLUMNS.values()), strict=True)
-        lines = (between.join(map(repr, row)) for row in rows)
-        path.write_text("\n".join((between.join(COLUMNS), *lines)), encoding="utf-8")
-    return path
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".csv", ".tsv", ".parquet", ".npz", ".mat"])
 def test_canonical_names_need_no_mapping(tmp_path, suffix):
-    log = read_log(write(tmp_path / f"dive{suffix}"))
+    log = read_log(write_columns(tmp_path / f"dive{suffix}", COLUMNS))
     assert log.time.tolist() == TIME.tolist()
     assert log.velocity_names == ("u", "r")
     assert log.velocity[:, 5].tolist() == COLUMNS["r"].tolist()
@@ -93,7 +74,7 @@ def test_units_in_the_header_that_do_not_fit_are_all_told(csv_file, refused):
 
 
 def test_two_whole_runs_are_sent_to_read_logs(tmp_path):
-    runs = [write(tmp_path / f"run{number}.csv") for number in (1, 2)]
+    runs = [write_columns(tmp_path / f"run{number}.csv", COLUMNS) for number in (1, 2)]
     with pytest.raises(LogError) as caught:
         read_log(runs)
     (fault,) = caught.value.faults

@@ -1,6 +1,5 @@
 """Mapping files: presets, overrides, faults, and the schema for editors."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -9,8 +8,7 @@ from hydrodamp.errors import FileError, LogError
 from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapping
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
+from table_rows import rows
 
 NAMES = (
     *("ardusub", "ardusub-mavlink", "avl690", "bluerov2-kth", "esso-osaka", "kvlcc2-hsva"),
@@ -68,15 +66,16 @@ def test_what_cannot_be_extended_is_told(tmp_path, refused):
     refused(LogError, read_mapping, "ardu")
 
 
-def test_all_faults_of_a_mapping_are_told_at_once(refused):
+@rows("content")
+def test_all_faults_of_a_mapping_are_told_at_once(content, refused):
     """Each at its place; `name` and `one` are also what pydantic calls the form it tried."""
-    refused(LogError, LogMapping.from_dict, WRONG["everything"], "map.yaml")
+    refused(LogError, LogMapping.from_dict, content, "map.yaml")
 
 
 BASE = {"time": "t", "velocity": {"u": "u", "v": "v", "w": "w", "p": "p", "q": "q", "r": "r"}}
 
 
-@pytest.mark.parametrize("more", WRONG["mappings"])
+@rows("more")
 def test_what_makes_no_sense_is_told(more, refused):
     refused(LogError, LogMapping.from_dict, {**BASE, **more}, "map.yaml")
 

@@ -1,16 +1,11 @@
 """Sensors that keep their own times, read from tables with empty cells and from topics."""
 
-import json
-from pathlib import Path
-
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-
-WRONG = json.loads(Path(__file__).with_name("wrong.json").read_text("utf-8"))
+from table_rows import rows
 
 BASE = {"time": "t", "velocity": {"r": "r"}, "attitude": {"heading": "psi"}, "commands": ["rudder"]}
 
@@ -55,7 +50,7 @@ def test_topics_keep_their_clocks_units_and_axes():
     np.testing.assert_allclose(force.time[0], 0.03)
 
 
-@pytest.mark.parametrize("sensor", WRONG["sensors"])
+@rows("sensor")
 def test_faults_of_a_sensor_are_told(sensor, refused):
     refused(LogError, hd.LogMapping.from_dict, {**BASE, "sensors": {"gps": sensor}})
 
