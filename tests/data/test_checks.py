@@ -56,14 +56,7 @@ def test_a_speed_beyond_any_vehicle_names_column_value_and_row(refused):
     velocity = np.zeros((5, 6))
     velocity[2:4, 0] = -51.5
     velocity[1, 5] = 200.0
-    with pytest.raises(LogError) as caught:
-        Log.from_arrays(np.arange(5.0), velocity)
-    first, second = caught.value.faults
-    assert "`u` must be at most 50 m/s in size; it is -51.5 in row 3, the first of 2" in first
-    assert "NaN" in first
-    assert "deg/s" not in first
-    assert "`r` must be at most 50 rad/s in size; it is 200 in row 2" in second
-    assert "in deg/s, convert them" in second
+    refused(LogError, Log.from_arrays, np.arange(5.0), velocity)
     refused(LogError, Log, time=np.arange(5.0), velocity=velocity)
 
 

@@ -46,23 +46,16 @@ def px4(dive):
 @pytest.fixture
 def ardusub(dive):
     """The dive as ArduSub logs it: degrees, pulse widths, an accelerometer."""
-    time, angles = dive.time, np.degrees(dive.angles)
+    time = dive.time
+    attitude = name_columns("Roll Pitch Yaw", np.degrees(dive.angles))
+    attitude |= {"Yaw": attitude["Yaw"] % 360, "DesRoll": 0 * time}
+    units = {"Roll": "deg", "Pitch": "deg", "Yaw": "degheading"}
     gyro = name_columns("GyrX GyrY GyrZ", dive.rates)
     force = {"AccX": 0 * time, "AccY": 0 * time, "AccZ": -9.8 + 0.1 * np.sin(time)}
     world = name_columns("VN VE VD PN PE PD", np.hstack((dive.world, dive.place)))
     return Recording(
         (
-            Topic(
-                "ATT",
-                time,
-                {
-                    "Roll": angles[:, 0],
-                    "DesRoll": 0 * time,
-                    "Pitch": angles[:, 1],
-                    "Yaw": angles[:, 2] % 360,
-                },
-                units={"Roll": "deg", "Pitch": "deg", "Yaw": "degheading"},
-            ),
+            Topic("ATT", time, attitude, units=units),
             Topic("XKF1", time, {"C": 0 * time, **world}),
             Topic("IMU", time, {**gyro, **force}),
             Topic("RCOU", time, {"C1": 1500 + 100 * dive.rudder}),

@@ -12,7 +12,7 @@ from hydrodamp.ingest.inspection.draft import MIN_CONFIDENCE, SURE_CONFIDENCE, s
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.read import read_recording
-from strangers import CASES, EPOCH, Truth
+from strangers import CASES, EPOCH, Truth, turned
 
 TRUTH = Truth()
 SPEEDS = dict(zip("uvwpqr", np.hstack((TRUTH.body, TRUTH.rates)).T, strict=True))
@@ -40,26 +40,17 @@ def wrong(log, case):
                 yield name
         elif name in holds:
             yield f"no {name}"
-    if "attitude" in holds:
-        attitude = (
-            None if log.attitude is None else Rotation.from_quat(log.attitude, scalar_first=True)
-        )
+    if "attitude" in holds and log.attitude is None:
+        yield "no attitude"
+    elif "attitude" in holds:
         near = np.searchsorted(TRUTH.time, at).clip(0, len(TRUTH.time) - 1)
-        true = TRUTH.turns[near]
-        if attitude is None:
-            yield "no attitude"
-        elif planar:
-            turn = Rotation.from_euler("ZYX", TRUTH.angles[near][:, ::-1] * (1, 0, 0))
-            if np.median((attitude * turn.inv()).magnitude()) > 0.03:
-                yield "heading"
-        elif np.median((attitude * true.inv()).magnitude()) > 0.03:
+        true = turned(TRUTH.angles[near] * ((0, 0, 1) if planar else 1))
+        off = Rotation.from_quat(log.attitude, scalar_first=True) * true.inv()
+        if np.median(off.magnitude()) > 0.03:
             yield "attitude"
+    axes = (0, 1, 5) if planar else range(6)
     if "wrench" in holds and (
-        log.wrench is None
-        or any(
-            differs(log.wrench[:, k], TRUTH.wrench[:, k])
-            for k in ((0, 1, 5) if planar else range(6))
-        )
+        log.wrench is None or any(differs(log.wrench[:, k], TRUTH.wrench[:, k]) for k in axes)
     ):
         yield "wrench"
     for name, true in (("rudder", TRUTH.rudder), ("rpm", TRUTH.rpm)):

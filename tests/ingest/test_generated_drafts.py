@@ -29,31 +29,29 @@ def sail(rng):
     return time, surge, sway, rate, heading, north, east
 
 
+DAY = (START - datetime(1899, 12, 30, tzinfo=UTC)).total_seconds() / 86400.0
+CLOCKS = (
+    lambda time, _: {"time": time},
+    lambda time, _: {"timestamp": START.timestamp() + time},
+    lambda time, _: {"time_ms": 1e3 * time + 5e3},
+    lambda _, moments: {
+        "utc": [f"{each:%H%M%S}.{each.microsecond // 10000:02d}" for each in moments]
+    },
+    lambda _, moments: {"time": [each.isoformat() for each in moments]},
+    lambda _, moments: {
+        "Date": [f"{each:%d/%m/%Y}" for each in moments],
+        "Time": [f"{each:%H:%M:%S}.{each.microsecond // 1000:03d}" for each in moments],
+    },
+    lambda time, _: {"datenum": [f"{DAY + each / 86400.0:.10f}" for each in time]},
+    lambda time, _: {"time_us": [f"{x:.0f}" for x in (2**32 - 20_000_000 + 1e6 * time) % 2**32]},
+    lambda time, _: {"tow (ms)": 320.0 + time},  # a header that says ms of seconds
+)
+
+
 def write_clock(rng, time):
     """Return columns of texts of a clock."""
     moments = [START + timedelta(seconds=each) for each in time.tolist()]
-    kind = rng.integers(9)
-    if kind == 0:
-        return {"time": time}
-    if kind == 1:
-        return {"timestamp": START.timestamp() + time}
-    if kind == 2:
-        return {"time_ms": 1e3 * time + 5e3}
-    if kind == 3:
-        return {"utc": [f"{each:%H%M%S}.{each.microsecond // 10000:02d}" for each in moments]}
-    if kind == 4:
-        return {"time": [each.isoformat() for each in moments]}
-    if kind == 5:
-        return {"Date": [f"{each:%d/%m/%Y}" for each in moments]} | {
-            "Time": [f"{each:%H:%M:%S}.{each.microsecond // 1000:03d}" for each in moments]
-        }
-    if kind == 6:
-        day = (START - datetime(1899, 12, 30, tzinfo=UTC)).total_seconds() / 86400.0
-        return {"datenum": [f"{day + each / 86400.0:.10f}" for each in time]}
-    if kind == 7:
-        ticks = (2**32 - 20_000_000 + 1e6 * time) % 2**32
-        return {"time_us": [f"{each:.0f}" for each in ticks]}
-    return {"tow (ms)": 320.0 + time}  # a header that says ms of seconds
+    return CLOCKS[rng.integers(len(CLOCKS))](time, moments)
 
 
 def write_table(rng, path):

@@ -27,21 +27,16 @@ def damping():
     "model", [*hd.catalog.values(), hd.catalog["pitch-yaw"].restricted_to("K")]
 )
 def test_what_is_written_is_read_back_bit_for_bit(model, tmp_path):
-    damping = hd.Damping(model, np.random.default_rng(1).normal(size=model.n_coefficients))
-    hd.write_damping(damping, tmp_path / "damping.json")
-    again = hd.read_damping(tmp_path / "damping.json")
-    assert again.model == model
-    np.testing.assert_array_equal(again.coefficients, damping.coefficients)
-    assert again.covariance is None
-    assert again.vehicle is None
-
-
-def test_covariance_vehicle_source_and_note_survive(damping, tmp_path):
-    hd.write_damping(damping, tmp_path / "damping.json")
-    again = hd.read_damping(tmp_path / "damping.json")
-    np.testing.assert_array_equal(again.covariance, damping.covariance)
-    assert (again.vehicle, again.source, again.note) == (STAMP, "src", "nb")
-    assert [entry.name for entry in tmp_path.iterdir()] == ["damping.json"]
+    rng, n = np.random.default_rng(30), model.n_coefficients
+    for more in ((), (rng.normal(size=(n, n)), STAMP, "src", "nb")):
+        damping = hd.Damping(model, rng.normal(size=n) / 3, *more)
+        hd.write_damping(damping, tmp_path / "damping.json")
+        again = hd.read_damping(tmp_path / "damping.json")
+        assert again.model == model
+        np.testing.assert_array_equal(again.coefficients, damping.coefficients)
+        np.testing.assert_array_equal(again.covariance, damping.covariance)
+        for name in ("vehicle", "source", "note"):
+            assert getattr(again, name) == getattr(damping, name)
 
 
 def test_the_file_says_what_its_numbers_mean(damping, tmp_path):

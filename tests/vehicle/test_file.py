@@ -18,7 +18,6 @@ def test_round_trip(equipped, tmp_path):
     path = tmp_path / "vehicle.yaml"
     hd.write_vehicle(equipped, path)
     assert hd.read_vehicle(path) == equipped
-    assert [entry.name for entry in tmp_path.iterdir()] == ["vehicle.yaml"]
 
 
 def test_round_trip_of_every_setting():
@@ -79,19 +78,6 @@ def test_what_locked_axes_need_may_stay_empty():
     assert boat.actuators == ()
 
 
-def test_what_free_axes_need_may_not_stay_empty(refused):
-    text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [null, null, null]}\n"
-    refused(errors.VehicleError, lambda: parse_vehicle(text + ADDED.replace("8.0", "null")))
-
-
-def test_shapes_that_cannot_be_are_left_for_the_message(refused):
-    text = REST + "axes: [X, Y, N]\nrigid_body: {mass: 10, inertia: [[1, 2], 3]}\n"
-    refused(
-        errors.VehicleError,
-        lambda: parse_vehicle(text + "added_mass: [1, 2, 3, 4, 5, null]\ncenter_of_gravity: 3\n"),
-    )
-
-
 def test_a_body_that_only_moves_along_needs_no_inertia():
     text = "{name: s, axes: [X, Y], rigid_body: {mass: 3, inertia: }, added_mass: AAA}"
     rows = "[[1,0,0,0,0,0],[0,1,0,0,0,0],null,null,null,null]"
@@ -103,10 +89,6 @@ def test_faults_are_collected_with_file_and_key(tmp_path, text, refused):
     path = tmp_path / "mine.yaml"
     path.write_text(text)
     refused(errors.VehicleError, hd.read_vehicle, path)
-
-
-def test_long_values_are_cut_in_messages(refused):
-    refused(errors.VehicleError, lambda: parse_vehicle(REST + f"mass_matrix: [[{'w' * 90}]]\n"))
 
 
 @pytest.mark.parametrize("name", ["a\ab", "a\nb", "", "x" * 300, "a\u202eb"])

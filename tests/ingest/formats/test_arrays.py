@@ -20,15 +20,18 @@ def test_parquet_of_every_type(tmp_path):
     writer = pytest.importorskip("pyarrow.parquet")
     noon = datetime.datetime(2022, 7, 28, 12, tzinfo=datetime.UTC)
     stated = arrow.field("depth", arrow.float32(), metadata={"unit": "m"})
-    columns = {
+    nan = pytest.approx(np.nan, nan_ok=True)
+    written = {
+        "count": (arrow.array([1, None], arrow.int64()), [1, nan]),
+        "good": (arrow.array([True, None]), [1, nan]),
+        "fine": (arrow.array([False, True]), [0, 1]),
+        "price": (arrow.array([Decimal("1.25"), None]), [1.25, nan]),
+        "when": (arrow.array([noon, None], arrow.timestamp("us", "UTC")), [1659009600, nan]),
+        "day": (arrow.array([noon.date(), None]), [1658966400, nan]),
+        "span": (arrow.array([250, None], arrow.duration("ms")), [0.25, nan]),
+    }
+    columns = {name: array for name, (array, _) in written.items()} | {
         "time [s]": arrow.array([0.0, 0.5]),
-        "count": arrow.array([1, None], arrow.int64()),
-        "good": arrow.array([True, None]),
-        "fine": arrow.array([False, True]),
-        "price": arrow.array([Decimal("1.25"), None]),
-        "when": arrow.array([noon, None], arrow.timestamp("us", "UTC")),
-        "day": arrow.array([noon.date(), None]),
-        "span": arrow.array([250, None], arrow.duration("ms")),
         "mode": arrow.array(["AUTO", None]),
         "kind": arrow.array(["a", "b"]).dictionary_encode(),
         "rpm": arrow.array([[1.0, 2.0], [3.0]]),
@@ -41,23 +44,10 @@ def test_parquet_of_every_type(tmp_path):
     writer.write_table(table, tmp_path / "run.parquet")
     recording = files.read_files(tmp_path / "run.parquet")
     topic = recording.topics[0]
-    numbers = {name: values.tolist() for name, values in topic.fields.items()}
-    nan = pytest.approx(np.nan, nan_ok=True)
-    assert numbers == {
-        "time": [0, 0.5],
-        "count": [1, nan],
-        "good": [1, nan],
-        "fine": [0, 1],
-        "price": [1.25, nan],
-        "when": [1659009600, nan],
-        "day": [1658966400, nan],
-        "span": [0.25, nan],
-        "rpm[0]": [1, 3],
-        "rpm[1]": [2, nan],
-        "pose.x": [1, 3],
-        "pose.at.y": [2, 4],
-        "depth": [3, 4],
-    }
+    nested = {"rpm[0]": [1, 3], "rpm[1]": [2, nan], "pose.x": [1, 3], "pose.at.y": [2, 4]}
+    expected = {name: values for name, (_, values) in written.items()} | nested
+    expected |= {"time": [0, 0.5], "depth": [3, 4]}
+    assert {name: values.tolist() for name, values in topic.fields.items()} == expected
     assert topic.texts == {"mode": ("AUTO", ""), "kind": ("a", "b")}
     assert topic.units == {"time": "s", "when": "s", "day": "s", "span": "s", "depth": "m"}
     assert [note.split("`")[1] for note in recording.notes] == ["blob", "names", "cloud"]

@@ -10,7 +10,6 @@ import hydrodamp as hd
 from hydrodamp.errors import LogError
 from hydrodamp.ingest.formats import rosbag
 
-TWIST = "geometry_msgs/msg/TwistStamped"
 JOINTS = "sensor_msgs/msg/JointState"
 
 
@@ -26,24 +25,25 @@ def one_by_one(path):
     return messages_by_topic
 
 
+def write_twists(bag, folder, kind, n):
+    """Write twists to a bag; return its path."""
+    if kind == "ROS1":
+        return bag.ros1(folder / "dive.bag", bag.twists(n, old=True))
+    return bag.ros2(folder / "dive", bag.twists(n), kind)
+
+
 @pytest.mark.parametrize("kind", ["MCAP", "SQLITE3", "ROS1"])
 def test_fields_are_those_of_rosbags(tmp_path, bag, kind):
-    if kind == "ROS1":
-        path = bag.ros1(tmp_path / "dive.bag", bag.twists(30, old=True))
-    else:
-        path = bag.ros2(tmp_path / "dive", bag.twists(30), kind)
+    path = write_twists(bag, tmp_path, kind, 30)
     topic = rosbag.read_file(path).topic("/dvl")
     expected = one_by_one(path)["/dvl"]
     np.testing.assert_allclose(topic.time, [time / 1e9 for time, _ in expected], rtol=1e-15)
-    messages = [message for _, message in expected]
-    for vector_name in ("linear", "angular"):
-        for axis in "xyz":
-            values = [getattr(getattr(it.twist, vector_name), axis) for it in messages]
-            assert topic.fields[f"twist.{vector_name}.{axis}"].tolist() == values
-    stamps = [it.header.stamp.sec + it.header.stamp.nanosec / 1e9 for it in messages]
-    assert topic.fields["header.stamp"].tolist() == stamps
+    for row, (_, message) in enumerate(expected):
+        _check(topic.fields, topic.texts, row, "twist", message.twist)
+        stamp = message.header.stamp
+        assert topic.fields["header.stamp"][row] == stamp.sec + stamp.nanosec / 1e9
+        assert topic.texts["header.frame_id"][row] == message.header.frame_id
     assert topic.units == {"header.stamp": "s"}
-    assert topic.texts["header.frame_id"] == tuple(it.header.frame_id for it in messages)
 
 
 def test_messages_of_changing_shape(tmp_path, bag):
@@ -65,8 +65,8 @@ def test_messages_of_changing_shape(tmp_path, bag):
 @pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(data=st.data())
-@pytest.mark.parametrize("old", [False, True], ids=["ROS 2", "ROS 1"])
-def test_any_message_lies_where_rosbags_finds_it(old, data):
+@pytest.mark.parametrize("form", ["ROS 2", "ROS 2 in big-endian order", "ROS 1"])
+def test_any_message_lies_where_rosbags_finds_it(form, data):
     """A message of every base type, nested, with arrays and sequences of each."""
     typesys = pytest.importorskip("rosbags.typesys")
     store = typesys.get_typestore(typesys.Stores.EMPTY)
@@ -84,12 +84,13 @@ def test_any_message_lies_where_rosbags_finds_it(old, data):
     outer = "uint8 first\na/Inner one\na/Inner[2] two\na/Inner[] many\nfloat64 last"
     store.register(typesys.get_types_from_msg(outer, "a/msg/Outer"))
     messages = [_message(store, kinds, data.draw) for _ in range(3)]
+    old, order = form == "ROS 1", {"little_endian": False} if "big" in form else {}
     pack = store.serialize_ros1 if old else store.serialize_cdr
-    raw = [bytes(pack(message, "a/msg/Outer")) for message in messages]
+    raw = [bytes(pack(message, "a/msg/Outer", **order)) for message in messages]
     columns = rosbag.deserialize_columns(raw, "a/msg/Outer", store.fielddefs, aligned=not old)
     assert columns.truncated == []
     for row, message in enumerate(messages):
-        _check(columns, row, "", message)
+        _check(columns.numbers, columns.texts, row, "", message)
 
 
 NUMBERS = {"bool": st.booleans(), "float64": st.floats(allow_nan=False)}
@@ -122,19 +123,19 @@ def _message(store, kinds, draw):
     )
 
 
-def _check(columns, row, path, value):
+def _check(numbers, texts, row, path, value):
     """Compare a field with its column, or go into what it holds."""
     if isinstance(value, str):
-        assert columns.texts[path][row] == value
+        assert texts[path][row] == value
     elif isinstance(value, (list, np.ndarray)):
         for index, item in enumerate(value):
-            _check(columns, row, f"{path}[{index}]", item)
+            _check(numbers, texts, row, f"{path}[{index}]", item)
     elif hasattr(value, "__dataclass_fields__"):
         for name in value.__dataclass_fields__:
             if name != "__msgtype__":
-                _check(columns, row, f"{path}.{name}".lstrip("."), getattr(value, name))
+                _check(numbers, texts, row, f"{path}.{name}".lstrip("."), getattr(value, name))
     else:
-        assert columns.numbers[path][row] == float(value)
+        assert numbers[path][row] == float(value)
 
 
 def test_long_arrays_and_large_messages_are_left_out(tmp_path, bag):
@@ -159,16 +160,6 @@ def test_long_arrays_and_large_messages_are_left_out(tmp_path, bag):
     assert "`/heavy`: messages of 8" in recording.notes[0]
 
 
-def test_big_endian_messages(bag):
-    raw = [
-        bytes(bag.modern.serialize_cdr(bag.twist(2.0, k), TWIST, little_endian=k % 2 == 0))
-        for k in range(4)
-    ]
-    columns = rosbag.deserialize_columns(raw, TWIST, bag.modern.fielddefs, aligned=True)
-    assert columns.numbers["twist.linear.x"].tolist() == [0, 1, 2, 3]
-    assert columns.texts["header.frame_id"] == ["base"] * 4
-
-
 def test_broken_messages_are_noted_and_left_out(tmp_path, bag, monkeypatch, refused):
     pack = bag.modern.serialize_cdr
     sizes = iter([None, -8, 9, None, 20])
@@ -183,10 +174,8 @@ def test_broken_messages_are_noted_and_left_out(tmp_path, bag, monkeypatch, refu
 @pytest.mark.parametrize("kind", ["MCAP", "ROS1"])
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_whole_messages_before_a_cut(tmp_path, bag, kind, share):
-    if kind == "ROS1":
-        path = bag.ros1(tmp_path / "dive.bag", bag.twists(300, old=True))
-    else:
-        path = next(bag.ros2(tmp_path / "dive", bag.twists(300), kind).glob("*.mcap"))
+    path = write_twists(bag, tmp_path, kind, 300)
+    path = path if kind == "ROS1" else next(path.glob("*.mcap"))
     whole = rosbag.read_file(path).topic("/dvl")
     cut = tmp_path / f"cut{path.suffix}"
     cut.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])

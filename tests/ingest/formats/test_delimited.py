@@ -98,29 +98,21 @@ def test_letters_that_are_no_unicode_far_down(read):
 
 
 def test_the_topics_of_virginia_tech(read, reader):
-    lines = [
-        "DVL",
-        r"time,v_x,data\_good,",
-        "seconds,m/s,bool,",
-        "10.25,  0.340,  1.0,",
-        "10.50,    NaN,  0.0,",
-    ]
-    topic = read("\r\n".join([*lines, ""])).topics[0]
+    head = "DVL\r\n" r"time,v_x,data\_good," "\r\nseconds,m/s,bool,\r\n"
+    (topic,) = read(f"{head}10.25,  0.340,  1.0,\r\n10.50,    NaN,  0.0,\r\n").topics
     assert topic.fields["time"].tolist() == [10.25, 10.5]
     np.testing.assert_array_equal(topic.fields["v_x"], [0.34, np.nan])
     assert topic.units == {"time": "seconds", "v_x": "m/s", "data_good": "bool"}
     assert list(topic.lines) == [4, 5]
 
 
-def test_a_file_of_words_only(tmp_path, reader):
-    path = tmp_path / "log.csv"
-    path.write_text("event,who\ndive,crew\nrise,crew\n")
-    assert delimited.read_file(path).topics[0].texts["event"] == ("dive", "rise")
+def test_a_file_of_words_only(read, reader):
+    (topic,) = read("event,who\ndive,crew\nrise,crew\n").topics
+    assert topic.texts["event"] == ("dive", "rise")
 
 
-def test_a_line_without_end_is_named(tmp_path, refused):
-    (tmp_path / "long.csv").write_text(f"a b,c\n1,x\n2,y\n3,{'z' * (1 << 21)}\n4,q\n")
-    refused(LogError, lambda: delimited.read_file(tmp_path / "long.csv"))
+def test_a_line_without_end_is_named(read, refused):
+    refused(LogError, read, f"a b,c\n1,x\n2,y\n3,{'z' * (1 << 21)}\n4,q\n")
 
 
 @rows("cells, delimiter")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from table_rows import rows
 
 DAY = 86400.0
 JUNE = 1717200000.0  # 2024-06-01
@@ -41,19 +42,11 @@ def test_a_date_of_the_start_continues_over_midnight(tmp_path):
     np.testing.assert_array_equal(times, JUNE + 86370.0 + np.arange(60.0))
 
 
-@pytest.mark.parametrize(
-    ("name", "row"),
-    [
-        ("time", lambda k: 300.0 * (k // 6) + k % 6),  # bursts of 6 s
-        ("time", lambda k: 100.0 * (k // 30) + k % 30),
-        ("time", lambda k: 50.0 * k),
-        ("elapsed_time", lambda k: 100.0 * (k // 60) + k % 60),
-        ("time_since_boot", lambda k: 100.0 * (k // 60) + k % 60),
-    ],
-)
-def test_seconds_with_pauses_are_no_digits(tmp_path, name, row):
-    times = read_time(tmp_path / "a.csv", name, lambda k: f"{row(k)}", 150)
-    np.testing.assert_array_equal(times, [row(k) for k in range(150)])
+@rows("name, period, n_burst")
+def test_seconds_with_pauses_are_no_digits(tmp_path, name, period, n_burst):
+    seconds = [period * (k // n_burst) + k % n_burst for k in range(150)]
+    times = read_time(tmp_path / "a.csv", name, lambda k: f"{seconds[k]}", 150)
+    np.testing.assert_array_equal(times, seconds)
 
 
 @pytest.mark.parametrize("step", [0.2, 1.0, 20.0, 30.0])

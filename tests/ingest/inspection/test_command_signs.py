@@ -75,19 +75,18 @@ def test_thrusters_with_the_right_signs_contradict_nothing():
 
 
 @pytest.mark.slow
-def test_a_thruster_of_the_opposite_sign_is_named():
-    found = [sign_issues(boat_log(seed, factors=(1.0, -1.0))) for seed in range(20)]
-    assert sum(channels(issues) == {"right_force"} for issues in found) >= 18
-    assert "`sign: -1` for `right_force`" in found[0][0].remedy
-
-
-@pytest.mark.slow
-def test_swapped_labels_are_named():
-    found = [sign_issues(boat_log(seed, names=("right", "left"))) for seed in range(20)]
-    both = {"left_force", "right_force"}
-    assert sum(channels(issues) == both for issues in found) >= 18
-    assert "labels swapped" in found[0][0].problem
-    assert "exchange the columns" in found[0][0].remedy
+@pytest.mark.parametrize(
+    ("change", "named", "remedy"),
+    [
+        ({"factors": (1.0, -1.0)}, {"right_force"}, "`sign: -1` for `right_force`"),
+        ({"names": SIDES[::-1]}, {"left_force", "right_force"}, "exchange the columns"),
+    ],
+    ids=["opposite sign", "swapped labels"],
+)
+def test_thrusters_recorded_wrongly_are_named(change, named, remedy):
+    found = [sign_issues(boat_log(seed, **change)) for seed in range(20)]
+    assert sum(channels(issues) == named for issues in found) >= 18
+    assert remedy in found[0][0].remedy
 
 
 @pytest.mark.parametrize(("sign", "n_issues"), [(1, 0), (-1, 2)])

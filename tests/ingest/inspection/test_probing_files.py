@@ -6,6 +6,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import suppress_warnings
 from hydrodamp.ingest.inspection.probe import inspect
+from strangers import write_columns
 from table_rows import rows
 
 TIME = np.arange(0.0, 80.0, 0.1)
@@ -13,16 +14,6 @@ RATE = 0.2 * np.sin(0.3 * TIME) + 0.1 * np.cos(0.8 * TIME)  # rad/s
 YAW = 0.4 - 0.2 / 0.3 * np.cos(0.3 * TIME) + 0.125 * np.sin(0.8 * TIME)
 SURGE = 2.0 + 0.2 * np.sin(0.2 * TIME)
 SWAY = 0.1 * np.cos(0.3 * TIME)
-
-
-def write_table(path, columns, form="%.9g"):
-    cells = [
-        [form % value if isinstance(value, float) else str(value) for value in column]
-        for column in (np.asarray(column).tolist() for column in columns.values())
-    ]
-    rows = [*map(",".join, zip(*cells, strict=True))]
-    path.write_text("\n".join([",".join(columns), *rows]) + "\n", encoding="utf-8")
-    return path
 
 
 def read_by_draft(path):
@@ -46,11 +37,10 @@ def canonical(**others):
 @pytest.mark.parametrize("texts", [["hold"], ["---"], [""], ["auto", "manual"]])
 def test_text_among_canonical_names_and_degrees(tmp_path, texts):
     labels = np.resize(texts, len(TIME))
-    path = write_table(tmp_path / "log.csv", canonical(mode=labels))
+    path = write_columns(tmp_path / "log.csv", canonical(mode=labels))
     assert_motion(read_by_draft(path))
     recording = hd.read_recording(path)
     judged = inspect(hd.probe(recording), [recording])
-    assert judged.log is not None
     assert judged.is_drafted
     assert_motion(judged.log)
 
@@ -212,7 +202,7 @@ def test_clocks(tmp_path, kind):
         "u": SURGE,
         "v": SWAY,
     }
-    log = read_by_draft(write_table(tmp_path / "log.csv", {**columns, **motion}, "%.17g"))
+    log = read_by_draft(write_columns(tmp_path / "log.csv", {**columns, **motion}))
     assert_motion(log, atol=1e-3)
     assert [len(log.segments), log.n] == [1, len(TIME)]
     np.testing.assert_allclose(np.ptp(log.time), 79.9, rtol=1e-4)
@@ -224,7 +214,7 @@ def test_clocks(tmp_path, kind):
 def test_clocks_with_plausible_units_stay(tmp_path, rate):
     """Seconds since 1970 at 30 s are no milliseconds; a fast sensor keeps its stated unit."""
     columns = {"time": START + TIME * 10.0 / rate, "pitch_deg": 20.0 * SWAY, "depth": SURGE}
-    found = hd.probe(hd.read_recording(write_table(tmp_path / "log.csv", columns, "%.17g")))
+    found = hd.probe(hd.read_recording(write_columns(tmp_path / "log.csv", columns)))
     assert found.topics[0].rate == pytest.approx(rate, rel=1e-3)
 
 
@@ -232,7 +222,7 @@ def test_clocks_with_plausible_units_stay(tmp_path, rate):
 def test_a_fast_sensor_keeps_its_stated_unit_by_its_rates(tmp_path):
     time = np.arange(0.0, 20.0, 5e-4)
     columns = {"t [ms]": 1e3 * time, "yaw": np.sin(time), "r [rad/s]": np.cos(time), "u": time}
-    log = read_by_draft(write_table(tmp_path / "log.csv", columns))
+    log = read_by_draft(write_columns(tmp_path / "log.csv", columns))
     assert log.time[-1] == pytest.approx(time[-1])
 
 

@@ -47,7 +47,6 @@ def test_a_canonical_log_with_z_up(turn, beside, tmp_path):
     elif beside is DEPTH:
         columns |= DEPTH
     found = judged(tmp_path, columns).report
-    assert found is not None
     if beside is NONE:
         assert UNDECIDED in found.verdict
         steps = np.random.default_rng(0).choice([-1.0, 1.0], 45).repeat(20)
@@ -66,7 +65,6 @@ def test_a_canonical_log_with_z_up(turn, beside, tmp_path):
 @pytest.mark.parametrize("frame", ["FRD", "FLU"])
 def test_a_mapping_of_the_wrong_frame(frame, tmp_path):
     found = judged(tmp_path, motion(FLIP) | DEPTH, MAPPING.format(frame=frame)).report
-    assert found is not None
     assert [one.channel for one in found.issues] == (["frame"] if frame == "FRD" else [])
     assert found.vertical_axis.is_sure
 
@@ -74,7 +72,6 @@ def test_a_mapping_of_the_wrong_frame(frame, tmp_path):
 def test_positions_with_their_unit_are_no_commands(tmp_path):
     place = name_columns("x_m y_m z_m", TRUTH.place * FLIP)
     found = judged(tmp_path, motion(FLIP) | place).report
-    assert found is not None
     assert WITHOUT_MAPPING in found.remarks
     assert found.is_usable
     assert "position" in found.recorded

@@ -12,7 +12,6 @@ from hydrodamp.ingest.inspection.probe import probe
 from strangers import FLIP, name_columns
 from table_rows import rows
 
-TURNS = ("attitude.roll", "attitude.pitch", "attitude.yaw")
 Table = Callable[..., Recording]
 
 
@@ -34,20 +33,7 @@ def test_newtons_are_a_unit_after_an_axis(name, unit, role):
     assert (said if sure else None) == role
 
 
-@pytest.mark.parametrize(
-    ("names", "roles"),
-    [
-        ("tau_cmd_1 tau_cmd_2 tau_cmd_3", "wrench.X wrench.Y wrench.N"),
-        ("nu(1,1) nu(2,1) nu(3,1)", "velocity.u velocity.v velocity.r"),
-        (
-            "eta(1,4) eta(1,5) eta(1,6) eta(1,3) eta(1,2) eta(1,1)",
-            " ".join([*TURNS, "position.z", "position.y", "position.x"]),
-        ),
-        ("nu[0] nu[1] nu[2]", "velocity.u velocity.v velocity.r"),
-        ("R(1,1) R(1,2) R(2,1) R(2,2)", "an an an an"),
-        ("vn_m ve_m vd_m", "velocity.north velocity.east velocity.down"),
-    ],
-)
+@rows("names, roles")
 def test_elements_count_from_the_first_of_their_array(names, roles):
     for name, role in zip(names.split(), roles.split(), strict=True):
         said = guess_role("", name, None, names.split())[0]

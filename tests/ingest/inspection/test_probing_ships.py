@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.channels import unit_factor
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.formats.cells import parse_column
 from hydrodamp.ingest.inspection.names import guess_role
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, probe
+from strangers import write_columns
 from table_rows import rows
 
 TIME = np.arange(0.0, 60.0, 0.1)
@@ -23,18 +25,21 @@ RUDDER = np.degrees(-0.3 * R)
 KNOT = 1852.0 / 3600.0
 
 
-def read_by_draft(columns, texts=None):
-    """Return the log that the draft of one table reads."""
+def record(columns, texts=None):
+    """Return the recording of one table."""
     topic = Topic("", None, {"t": TIME, **columns}, texts or {})
-    recording = Recording((topic,), "a.csv", "text in columns")
+    return Recording((topic,), "a.csv", "text in columns")
+
+
+def read_by_draft(recording):
+    """Return the log that the draft of a recording reads."""
     return probe(recording).mapping().log(recording)
 
 
-def read_topics(columns, field, form):
-    """Return the log that the draft of topics of one number reads."""
+def record_topics(columns, field, form):
+    """Return the recording of topics of one number."""
     topics = (Topic(name, TIME, {field: values}) for name, values in columns.items())
-    recording = Recording(tuple(topics), "a", form)
-    return probe(recording).mapping().log(recording)
+    return Recording(tuple(topics), "a", form)
 
 
 def assert_motion(log, tolerance=0.03):
@@ -66,7 +71,7 @@ def fold_minutes(degrees):
     ids=["degrees", "receiver", "radians"],
 )
 def test_a_position_on_the_ellipsoid(columns):
-    log = read_by_draft({**columns, "rudder": RUDDER})
+    log = read_by_draft(record({**columns, "rudder": RUDDER}))
     assert_motion(log)
     travelled = np.column_stack((NORTH - NORTH[0], EAST - EAST[0]))
     np.testing.assert_allclose(log.position[:, :2], travelled, atol=0.1)
@@ -75,13 +80,13 @@ def test_a_position_on_the_ellipsoid(columns):
 
 def test_degrees_and_minutes_with_a_column_of_the_hemisphere():
     columns = {"lat": fold_minutes(LATITUDE), "lon": fold_minutes(LONGITUDE), "hdt": HDG}
+    columns |= {"sog_kn": SOG / KNOT, "cog": COG}
     letters = {"ns": ("S",) * len(TIME), "ew": ("W",) * len(TIME)}
-    log = read_by_draft({**columns, "sog_kn": SOG / KNOT, "cog": COG}, letters)
+    log = read_by_draft(record(columns, letters))
     assert_motion(log)
     assert any("latitude -33.4999" in note for note in log.notes)
     both = {**letters, "ew": ("W", "E") * (len(TIME) // 2)}
-    recording = Recording((Topic("", None, {"t": TIME, **columns}, both),), "a.csv", "text")
-    assert "in two hemispheres" in probe(recording).draft.text
+    assert "in two hemispheres" in probe(record(columns, both)).draft.text
 
 
 @pytest.mark.slow
@@ -90,7 +95,8 @@ def test_letters_that_change_no_sign(signed, texts):
     """Signed coordinates have their sign, and other columns hold letters of other meanings."""
     latitude, longitude = (LATITUDE, LONGITUDE) if signed else (-LATITUDE, -LONGITUDE)
     letters = {name: (letter,) * len(TIME) for name, letter in texts.items()}
-    log = read_by_draft({"lat": latitude, "lon": longitude, "hdg": HDG, "u": U}, letters)
+    columns = {"lat": latitude, "lon": longitude, "hdg": HDG, "u": U}
+    log = read_by_draft(record(columns, letters))
     moved = np.array((NORTH[-1] - NORTH[0], EAST[-1] - EAST[0])) * (1 if signed else -1)
     np.testing.assert_allclose(log.position[-1, :2], moved, atol=0.1)
 
@@ -106,16 +112,40 @@ def test_coordinates_have_the_unit_that_fits_the_speed(unit, origin, speed):
     latitude = start[0] + (NORTH - NORTH[0]) / 110_600.0
     longitude = start[1] + (EAST - EAST[0]) / (111_320.0 * np.cos(np.radians(start[0])))
     columns = {"lat": scale * latitude, "lon": scale * longitude, "hdg": HDG, **speed}
-    log = read_by_draft(columns)
+    log = read_by_draft(record(columns))
     assert np.ptp(log.position[:, 0]) == pytest.approx(np.ptp(NORTH), rel=0.01)
     assert np.ptp(log.position[:, 1]) == pytest.approx(np.ptp(EAST), rel=0.01)
 
 
-def test_coordinates_of_two_possible_units_make_no_log():
-    columns = {"t": TIME, "lat": 1.2 + NORTH / 1e5, "lon": 2.5 + EAST / 1e5, "hdg": HDG}
-    draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
-    assert "unit: deg}    # 55 %: deg by magnitude, unless it is rad" in draft.text
+UNDECIDED = {
+    "coordinates of two possible units": (
+        {"lat": 1.2 + NORTH / 1e5, "lon": 2.5 + EAST / 1e5, "hdg": HDG},
+        "unit: deg}    # 55 %: deg by magnitude, unless it is rad",
+    ),
+    "a unit by convention alone": (
+        {"SOG": SOG / KNOT, "COG": COG, "HDG": HDG, "rudder": RUDDER},
+        "unit: kn}    # 55 %: kn by convention",
+    ),
+    # Nothing says that the vehicle neither drifts nor moves astern.
+    **{
+        f"{name} alone": (
+            {"yaw": PSI, name: SOG, "rudder": RUDDER},
+            f"speed: {name}    # 55 %: ",
+        )
+        for name in ("speed", "v", "groundspeed")
+    },
+}
+
+
+@pytest.mark.parametrize("case", UNDECIDED)
+def test_what_is_undecided_makes_no_log(case):
+    columns, text = UNDECIDED[case]
+    recording = record(columns)
+    draft = probe(recording).draft
+    assert text in draft.text
     assert draft.confidence < MIN_DRAFT_CONFIDENCE
+    if "alone" in case and "unit" not in case:
+        assert read_by_draft(recording).velocity[:, 0] == pytest.approx(SOG)
 
 
 def test_positions_without_a_fix_say_nothing_about_the_unit_of_a_speed():
@@ -142,9 +172,9 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference):
         "sparse": {"heading_deg": np.where(TIME < 0.05, 4.0, np.nan)},
     }
     is_known = reference not in ("sparse", None)
-    columns = {"t": TIME, "sog_mps": 2.0 + 0.0 * TIME, **references.get(reference, {})}
+    columns = {"sog_mps": 2.0 + 0.0 * TIME, **references.get(reference, {})}
     columns["cog"] = np.degrees(course) if unit == "deg" else course
-    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
+    roles = probe(record(columns)).roles
     guess = roles.best("velocity.course")
     assert guess.unit == (unit if is_known else "deg")
     assert (guess.confidence >= MIN_DRAFT_CONFIDENCE) == is_known
@@ -152,18 +182,15 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference):
 
 @pytest.mark.parametrize("yaw", [PSI, np.pi / 2.0 - PSI], ids=["north", "east"])
 def test_a_course_in_radians_agrees_with_a_yaw(yaw):
-    columns = {"t": TIME, "sog_mps": SOG, "cog": np.radians(COG), "yaw": yaw}
-    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
-    assert roles.best("velocity.course").unit == "rad"
+    found = probe(record({"sog_mps": SOG, "cog": np.radians(COG), "yaw": yaw}))
+    assert found.roles.best("velocity.course").unit == "rad"
 
 
 def test_a_hemisphere_in_the_cells(tmp_path):
-    rows = zip(TIME, fold_minutes(LATITUDE), fold_minutes(LONGITUDE), SOG, COG, HDG, strict=True)
-    lines = [f"{t:.1f},{a:.6f}S,0{b:.6f} W,{s},{c},{h}" for t, a, b, s, c, h in rows]
-    path = tmp_path / "a.csv"
-    path.write_text("\n".join(["time,lat,lon,sog,cog,hdg", *lines]), "utf-8")
-    recording = hd.read_recording(path)
-    log = probe(recording).mapping().log(recording)
+    columns = {"time": TIME, "sog": SOG, "cog": COG, "hdg": HDG}
+    columns["lat"] = [f"{value:.6f}S" for value in fold_minutes(LATITUDE)]
+    columns["lon"] = [f"0{value:.6f} W" for value in fold_minutes(LONGITUDE)]
+    log = read_by_draft(hd.read_recording(write_columns(tmp_path / "a.csv", columns)))
     assert_motion(log)
     assert np.ptp(log.position[:, 0]) == pytest.approx(np.ptp(NORTH), abs=0.1)
 
@@ -173,72 +200,39 @@ def test_cells_of_latitude_and_longitude(name, cell, degrees):
     assert parse_column([cell, ""], name=name).numbers[0] == pytest.approx(degrees)
 
 
-@pytest.mark.parametrize("name", ["power", "lateral_power", "plate", "longitudinal_load"])
-def test_a_number_with_the_letter_of_a_unit_is_no_coordinate(name):
-    assert parse_column(["10.5 W", "11.5 W"], name=name).numbers is None
+@rows("name, cells")
+def test_a_number_with_a_letter_is_no_coordinate(name, cells):
+    assert parse_column(cells, name=name).numbers is None
 
 
-def test_labels_are_no_coordinates():
-    assert parse_column(["N1", "S2"]).numbers is None
-
-
-@pytest.mark.parametrize(
-    ("name", "unit", "factor"),
-    [
-        ("ROT", "deg/min", 60.0 * np.degrees(1.0)),
-        ("rot", "deg/s", np.degrees(1.0)),
-        ("rate_of_turn", "rad/s", 1.0),
-        ("turn_rate_dpm", "deg/min", 60.0 * np.degrees(1.0)),
-    ],
-)
-def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit, factor):
-    columns = {"t": TIME, "u": U, "v": V, "heading": HDG, name: factor * R}
-    recording = Recording((Topic("", None, columns),), "a.csv", "text in columns")
-    found = probe(recording)
-    assert found.roles.best("velocity.r").unit == unit
-    assert_motion(found.mapping().log(recording), tolerance=1e-6)
+@rows("name, unit")
+def test_a_rate_of_turn_has_the_unit_that_fits_the_heading(name, unit):
+    columns = {"u": U, "v": V, "heading": HDG, name: R / unit_factor(unit)}
+    recording = record(columns)
+    assert probe(recording).roles.best("velocity.r").unit == unit
+    assert_motion(read_by_draft(recording), tolerance=1e-6)
 
 
 def test_a_course_over_ground_goes_with_the_speed_over_ground():
     columns = {"STW": 0.5 * SOG, "lat": LATITUDE, "lon": LONGITUDE, "COG": COG, "HDG": HDG}
-    assert_motion(read_by_draft({**columns, "SOG": SOG}))
-
-
-def test_a_unit_by_convention_alone_makes_no_log():
-    columns = {"t": TIME, "SOG": SOG / KNOT, "COG": COG, "HDG": HDG, "rudder": RUDDER}
-    draft = probe(Recording((Topic("", None, columns),), "a.csv", "text")).draft
-    assert "unit: kn}    # 55 %: kn by convention" in draft.text
-    assert draft.confidence < MIN_DRAFT_CONFIDENCE
+    assert_motion(read_by_draft(record({**columns, "SOG": SOG})))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "factor"), [("v", 1.0), ("speed", 1.0), ("V", 1 / KNOT)])
 def test_a_speed_of_the_length_of_the_path_is_no_sway(name, factor):
-    columns = {"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG}
-    assert_motion(read_by_draft(columns))
-
-
-@pytest.mark.parametrize("name", ["speed", "v", "groundspeed"])
-def test_a_speed_alone_makes_no_log(name):
-    """Nothing says that the vehicle neither drifts nor moves astern."""
-    columns = {"t": TIME, "yaw": PSI, name: SOG, "rudder": RUDDER}
-    found = probe(Recording((Topic("", None, columns),), "a.csv", "text"))
-    assert f"speed: {name}    # 55 %: " in found.draft.text
-    assert found.draft.confidence < MIN_DRAFT_CONFIDENCE
-    log = found.mapping().log(Recording((Topic("", None, columns),), "a.csv", "text"))
-    assert log.velocity[:, 0] == pytest.approx(SOG)
+    assert_motion(read_by_draft(record({"x": NORTH, "y": EAST, "yaw": PSI, name: factor * SOG})))
 
 
 def test_a_sway_of_one_sign_stays_a_sway():
-    columns = {"t": TIME, "x": NORTH, "y": EAST, "yaw": PSI, "v": V - V.min()}
-    roles = probe(Recording((Topic("", None, columns),), "a.csv", "text")).roles
-    assert roles.best("velocity.v").column == "v"
+    found = probe(record({"x": NORTH, "y": EAST, "yaw": PSI, "v": V - V.min()}))
+    assert found.roles.best("velocity.v").column == "v"
 
 
 def test_a_moos_log_has_x_east_and_a_heading():
     columns = {"NAV_YAW": -PSI, "NAV_X": EAST, "NAV_Y": NORTH, "NAV_HEADING": HDG}
     columns |= {"NAV_SPEED": SOG, "DESIRED_HEADING": HDG, "DESIRED_RUDDER": RUDDER}
-    log = read_topics(columns, "value", "MOOS log")
+    log = read_by_draft(record_topics(columns, "value", "MOOS log"))
     assert_motion(log)
     assert log.command_names == ("DESIRED_RUDDER",)
 
@@ -247,9 +241,8 @@ def test_a_moos_log_has_x_east_and_a_heading():
 def test_topics_of_one_number_have_the_role_of_their_names(names):
     speeds = dict(zip(names.split(), (U, V, R), strict=True))
     topics = {f"/boat/{name}": values for name, values in speeds.items()}
-    log = read_topics(
-        {**topics, "/boat/heading_deg": HDG, "/wind/speed": 5 + R}, "data", "ROS 1 bag"
-    )
+    topics |= {"/boat/heading_deg": HDG, "/wind/speed": 5 + R}
+    log = read_by_draft(record_topics(topics, "data", "ROS 1 bag"))
     assert_motion(log)
     assert log.command_names == ()
 
@@ -258,8 +251,7 @@ def test_theta_beside_x_and_y_alone_is_a_yaw():
     turned = (PSI + np.pi) % (2.0 * np.pi) - np.pi
     pose = Topic("/pose", TIME, {"x": NORTH, "y": EAST, "theta": turned})
     rudder = Topic("/rudder", TIME, {"data": RUDDER})
-    recording = Recording((pose, rudder), "a.bag", "ROS 1 bag")
-    assert_motion(probe(recording).mapping().log(recording))
+    assert_motion(read_by_draft(Recording((pose, rudder), "a.bag", "ROS 1 bag")))
     assert guess_role("", "theta", None, ("x", "y", "theta", "phi"))[0] == "attitude.pitch"
 
 
@@ -276,7 +268,7 @@ def test_a_twist_of_a_topic_named_angle_is_an_attitude(factor):
     assert found.roles.best("velocity.p") is None
     assert found.roles.best("velocity.u") is None
     # r of the body from the Euler angles, forward-port-up turned to forward-starboard-down
-    log = found.mapping().log(recording)
+    log = read_by_draft(recording)
     slopes = np.gradient(angles, TIME, axis=0)
     roll, pitch = angles[:, 0], angles[:, 1]
     r = np.cos(pitch) * np.cos(roll) * slopes[:, 2] - np.sin(roll) * slopes[:, 1]
@@ -288,13 +280,14 @@ def test_a_wrench_that_acts_precedes_the_commanded(name):
     columns = {"u": U, "v": V, "r": R, "psi": PSI}
     for axis, values in zip("XYN", (U, V, R), strict=True):
         columns |= {f"tau_cmd_{axis}": 1000 * values, f"tau_{name}_{axis}": np.tanh(values)}
-    wrench = read_by_draft(columns).wrench
+    wrench = read_by_draft(record(columns)).wrench
     np.testing.assert_allclose(wrench[:, [0, 1, 5]], np.tanh(np.column_stack((U, V, R))))
 
 
 def test_a_saturated_command_precedes_the_commanded():
     columns = {"u": U, "v": V, "r": R, "psi": PSI, "thrust_cmd": RUDDER}
-    log = read_by_draft({**columns, "thrust_delivered": np.clip(RUDDER, -3.0, 3.0)})
+    columns["thrust_delivered"] = np.clip(RUDDER, -3.0, 3.0)
+    log = read_by_draft(record(columns))
     assert log.command_names == ("thrust_delivered",)
 
 
@@ -303,7 +296,7 @@ def test_a_specific_force_has_the_norm_of_gravity(norm, gravity):
     force = norm * np.column_stack((0.01 * np.sin(TIME), 0.02 * np.cos(TIME), -1 + 0 * TIME))
     columns = {f"Acc{axis}": force[:, k] for k, axis in enumerate("XYZ")}
     angles = {"roll": 0.1 * np.sin(TIME), "pitch": 0.1 * np.sin(TIME), "yaw": PSI}
-    log = read_by_draft({**columns, **angles, "u": U, "v": V, "w": 0.1 * V})
+    log = read_by_draft(record({**columns, **angles, "u": U, "v": V, "w": 0.1 * V}))
     assert (log.specific_force is not None) == gravity
     if log.specific_force is not None:
         assert log.specific_force[:, 2] == pytest.approx(-9.80665)

@@ -16,6 +16,8 @@ from hydrodamp.ingest.inspection.probe import inspect, omit_applied_steps, probe
 from hydrodamp.ingest.inspection.quality_report import Requirements, report_quality
 
 TIME = np.arange(0.0, 60.0, 0.1)
+LEVEL = np.tile([1.0, 0.0, 0.0, 0.0], (600, 1))
+WAVES = np.sin(np.outer(TIME, np.linspace(0.3, 0.9, 6)))
 
 
 def test_steps_and_changes_stay_within_segments():
@@ -50,7 +52,7 @@ def test_a_sound_log_is_fit_for_the_job():
 def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy():
     waves = np.zeros((600, 6))
     waves[:, [0, 1, 5]] = np.sin(np.outer(TIME, [0.3, 0.6, 0.9]))
-    log = Log.from_arrays(TIME, waves, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (600, 1)))
+    log = Log.from_arrays(TIME, waves, attitude=LEVEL)
     six = Requirements(("u", "v", "w", "p", "q", "r"))
     assert "The direction of z is undetermined" in report_quality(log, six).verdict
     planar = report_quality(log, Requirements(("u", "v", "r")))
@@ -64,9 +66,7 @@ def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy():
 
 
 def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators():
-    waves = np.sin(np.outer(TIME, np.linspace(0.3, 0.9, 6)))
-    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (600, 1))
-    log = Log.from_arrays(TIME, waves, attitude=attitude, commands={"throttle": waves[:, 0]})
+    log = Log.from_arrays(TIME, WAVES, attitude=LEVEL, commands={"throttle": WAVES[:, 0]})
     bare = replace(hd.fleet["bluerov2"], actuators=())
     gains = hd.catalog["linear"].with_terms({"X": "throttle"})
     message = "has no actuators"

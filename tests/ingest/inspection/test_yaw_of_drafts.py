@@ -5,6 +5,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion
+from strangers import write_columns
 
 
 def turns(seed, n=600):
@@ -22,11 +23,8 @@ def turns(seed, n=600):
 
 
 def read_draft(tmp_path, columns):
-    path = tmp_path / "log.csv"
-    table = np.column_stack([*columns.values()])
-    np.savetxt(path, table, fmt="%.10g", delimiter=",", header=",".join(columns), comments="")
-    found = hd.probe(hd.read_recording(path))
-    return found, hd.read_log(path, found.mapping())
+    found = hd.probe(hd.read_recording(write_columns(tmp_path / "log.csv", columns)))
+    return found, hd.read_log(tmp_path / "log.csv", found.mapping())
 
 
 def wrap(angle):

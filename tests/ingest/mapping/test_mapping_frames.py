@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.ingest.mapping import LogMapping
 from hydrodamp.ingest.mapping.assemble import build_record
+from strangers import name_columns
 
 # Rows are the axes of each world in north-east-down, and of each body in forward-starboard-down.
 WORLDS = {
@@ -28,11 +29,6 @@ def make_record(content, **columns):
     columns["t"] = np.arange(float(len(next(iter(columns.values())))))
     recording = Recording((Topic("", None, columns),), "log.parquet", "a test")
     return build_record(LogMapping.from_dict({"time": "t", **content}), recording)
-
-
-def name_columns(names, values):
-    """Return the columns of an array by their names."""
-    return dict(zip(names.split(), values.T, strict=True))
 
 
 def by_name(names):

@@ -15,21 +15,28 @@ Write = Callable[..., Path]
 EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "bluerov2" / "mapping.yaml"
 
 
-def test_names_units_and_signs_are_turned(csv_file):
-    path = csv_file("t_ms,spd,yawrate,fin,ignored\n0,1,90,5,abc\n500,2,180,,def\n1000,2,0,7,\n")
-    mapping = LogMapping.from_dict(
-        {
-            "time": {"column": "t_ms", "unit": "ms"},
-            "velocity": {
-                "u": {"column": "spd", "unit": "knots"},
-                "r": {"column": "yawrate", "unit": "deg/s", "sign": -1},
-            },
-            "commands": {"rudder": {"column": "fin", "unit": "deg", "hold": True}},
-            "source": "a test",
-            "note": None,
-        }
+@pytest.fixture
+def read_table(csv_file):
+    """What reads a text by a mapping whose clock is the column `t`."""
+
+    def read(text, **groups):
+        return read_log(csv_file(text), LogMapping.from_dict({"time": "t", **groups}))
+
+    return read
+
+
+def test_names_units_and_signs_are_turned(read_table):
+    log = read_table(
+        "t_ms,spd,yawrate,fin,ignored\n0,1,90,5,abc\n500,2,180,,def\n1000,2,0,7,\n",
+        time={"column": "t_ms", "unit": "ms"},
+        velocity={
+            "u": {"column": "spd", "unit": "knots"},
+            "r": {"column": "yawrate", "unit": "deg/s", "sign": -1},
+        },
+        commands={"rudder": {"column": "fin", "unit": "deg", "hold": True}},
+        source="a test",
+        note=None,
     )
-    log = read_log(path, mapping)
     assert log.time.tolist() == [0, 0.5, 1]
     np.testing.assert_allclose(log.velocity[:, 0], np.array([1, 2, 2]) * 1852 / 3600)
     np.testing.assert_allclose(log.velocity[:, 5], [-np.pi / 2, -np.pi, 0])
@@ -37,45 +44,36 @@ def test_names_units_and_signs_are_turned(csv_file):
     assert log.velocity_names == ("u", "r")
 
 
-def test_a_stamp_that_nobody_filled_gives_way_to_the_next(csv_file):
-    path = csv_file("stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n")
-    mapping = LogMapping.from_dict({"time": ["stamp", "t"], "velocity": {"u": "u"}})
-    assert read_log(path, mapping).time.tolist() == [0, 1, 2]
+def test_a_stamp_that_nobody_filled_gives_way_to_the_next(read_table):
+    log = read_table(
+        "stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n", time=["stamp", "t"], velocity={"u": "u"}
+    )
+    assert log.time.tolist() == [0, 1, 2]
 
 
 @rows("header, channel, told")
-def test_a_unit_of_the_file_is_never_passed_over(csv_file, header, channel, told, refused):
+def test_a_unit_of_the_file_is_never_passed_over(read_table, header, channel, told, refused):
     row = "1,2,3\n" if "furlong" in header and "m/s" in header else "1,2\n"
-    path = csv_file(f"{header}\n{row}{row.replace('1', '2', 1)}")
-    mapping = LogMapping.from_dict({"time": "t", "velocity": {"u": channel}})
+    text = f"{header}\n{row}{row.replace('1', '2', 1)}"
     if told is None:
-        assert read_log(path, mapping).velocity[0, 0] in (2.0, 4.0)
+        assert read_table(text, velocity={"u": channel}).velocity[0, 0] in (2.0, 4.0)
     else:
-        refused(LogError, read_log, path, mapping)
+        refused(LogError, read_table, text, velocity={"u": channel})
 
 
-def test_every_group_finds_its_place(csv_file):
-    path = csv_file(
-        "t,s,u1,a1,x1,n1,e\n0,a,1,2,3,4,50\n1,a,1,2,3,4,50\n0,b,1,2,3,4,50\n1,b,1,2,3,4,5\n"
+def test_every_group_finds_its_place(read_table):
+    log = read_table(
+        "t,s,u1,a1,x1,n1,e\n0,a,1,2,3,4,50\n1,a,1,2,3,4,50\n0,b,1,2,3,4,50\n1,b,1,2,3,4,5\n",
+        segment="s",
+        velocity={"u": "u1"},
+        acceleration={"du": {"column": "a1", "unit": "g"}},
+        wrench={"X": {"column": "x1", "unit": "kN"}, "N": "n1"}
+        | {axis: {"value": 0} for axis in "YZKM"},
+        eta={"column": "e", "unit": "%"},
     )
-    mapping = LogMapping.from_dict(
-        {
-            "time": "t",
-            "segment": "s",
-            "velocity": {"u": "u1"},
-            "acceleration": {"du": {"column": "a1", "unit": "g"}},
-            "wrench": {"X": {"column": "x1", "unit": "kN"}, "N": "n1"}
-            | {axis: {"value": 0} for axis in "YZKM"},
-            "eta": {"column": "e", "unit": "%"},
-        }
-    )
-    log = read_log(path, mapping)
     assert [segment.name for segment in log.segments] == ["a", "b"]
-    assert log.acceleration is not None
     assert log.acceleration[0, 0] == 2 * 9.80665
-    assert log.wrench is not None
     assert log.wrench[0].tolist() == [3000, 0, 0, 0, 0, 4]
-    assert log.propulsion_ratio is not None
     assert log.propulsion_ratio[0] == 0.5
 
 
@@ -85,20 +83,18 @@ def test_a_mapping_must_be_a_table(content, refused):
     refused(LogError, LogMapping.from_dict, {"time": "t"})
 
 
-def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file, refused):
+@rows("text")
+def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file, text, refused):
     mapping = LogMapping.from_dict(
         {"time": "time_s", "velocity": {"u": "surge"}, "segment": "run"}, "map.yaml"
     )
-    refused(LogError, lambda: read_log(csv_file("times,surge\n0,1\n1,1\n"), mapping))
-    refused(LogError, lambda: read_log(csv_file("time_s,surge,run\n0,1,a\n1,x,a\n"), mapping))
-    refused(LogError, lambda: read_log(csv_file(""), mapping))
+    refused(LogError, lambda: read_log(csv_file(text), mapping))
 
 
 @pytest.mark.slow
 def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs):
     for path in bluerov2_runs:
         log = read_log(path, EXAMPLE)
-        assert log.attitude is not None
         turns, rates = integrate_rotation(log.attitude, log.bounds), log.velocity[:, 3:]
         for k in range(3):
             both = regress_channel(log.time, log.bounds, rates[:, [k]], turns[:, [k]])
@@ -117,22 +113,16 @@ def test_the_bluerov2_moves_as_its_rates_and_depth_say(bluerov2_runs):
             assert np.corrcoef(heave, log.velocity[:, 2])[0, 1] < -0.4
 
 
-def test_a_sparse_column_stays_in_its_own_run(csv_file):
+def test_a_sparse_column_stays_in_its_own_run(read_table):
     """Its own stamps, 1.5 and then 0.5 s, do not tell that the clock began anew."""
     rows = [
         f"{0.1 * k:.1f},1.0,{(700 if run else 500) if k == (5 if run else 15) else ''}"
         for run in (0, 1)
         for k in range(20)
     ]
-    path = csv_file("t,spd,rpm\n" + "\n".join(rows) + "\n")
-    mapping = LogMapping.from_dict(
-        {
-            "time": "t",
-            "velocity": {"u": "spd"},
-            "commands": {"rpm": {"column": "rpm", "hold": True}},
-        }
-    )
+    text = "\n".join(["t,spd,rpm", *rows, ""])
+    held = {"rpm": {"column": "rpm", "hold": True}}
     with pytest.warns(GapWarning):
-        log = read_log(path, mapping)
+        log = read_table(text, velocity={"u": "spd"}, commands=held)
     rpm = [log.command("rpm")[first:last] for first, last in log.bounds]
     assert [set(values[np.isfinite(values)]) for values in rpm] == [{500.0}, {700.0}]
