@@ -61,6 +61,18 @@ def frame(p, nu):
     return np.concatenate([np.cross(p1, w), np.cross(p1, v) + np.cross(p2, w)], axis=-1)
 
 
+def body_rates(euler, slopes):
+    """Body rates of Euler angles and their slopes (Fossen 2021, equation 2.39)."""
+    (roll, pitch, _), (droll, dpitch, dyaw) = euler.T, slopes.T
+    return np.column_stack(
+        (
+            droll - dyaw * np.sin(pitch),
+            dpitch * np.cos(roll) + dyaw * np.cos(pitch) * np.sin(roll),
+            -dpitch * np.sin(roll) + dyaw * np.cos(pitch) * np.cos(roll),
+        )
+    )
+
+
 def coriolis(mass_matrix, velocity):
     """H(M nu) nu."""
     return frame(velocity @ mass_matrix.T, velocity)

@@ -3,7 +3,9 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
+import oracle
 from hydrodamp.conditioning.derivatives import (
     GRAVITY,
     acceleration_from_accelerometer,
@@ -17,23 +19,11 @@ from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
 
 
-def body_rates(euler, slopes):
-    """Oracle: the kinematics of Euler angles (Fossen 2021, equation 2.39)."""
-    (roll, pitch, _), (droll, dpitch, dyaw) = euler.T, slopes.T
-    return np.column_stack(
-        (
-            droll - dyaw * np.sin(pitch),
-            dpitch * np.cos(roll) + dyaw * np.cos(pitch) * np.sin(roll),
-            -dpitch * np.sin(roll) + dyaw * np.cos(pitch) * np.cos(roll),
-        )
-    )
-
-
 def motion(time):
     """Rolling over and over while pitching and yawing."""
     euler = np.column_stack((0.9 * time, 0.6 * np.sin(0.8 * time), 2 * np.sin(0.3 * time)))
     slopes = np.column_stack((0.9 + 0 * time, 0.48 * np.cos(0.8 * time), 0.6 * np.cos(0.3 * time)))
-    return quaternion_from_euler(euler), body_rates(euler, slopes)
+    return quaternion_from_euler(euler), oracle.body_rates(euler, slopes)
 
 
 @pytest.mark.parametrize("irregular", [False, True])
@@ -54,7 +44,7 @@ def test_what_is_recorded_stays_unless_named():
     time = np.arange(0, 10, 0.1)
     attitude, _ = motion(time)
     recorded = {"p": 7 + 0 * time, "q": 0 * time, "r": 0 * time}
-    log = Log.from_arrays(time, recorded, attitude=attitude[:, [0, 1, 2, 3]])
+    log = Log.from_arrays(time, recorded, attitude=attitude)
     assert rates_from_attitude(log) is log
     made = rates_from_attitude(log, ["q"])
     assert (made.velocity[:, 3] == 7).all()
@@ -63,10 +53,8 @@ def test_what_is_recorded_stays_unless_named():
 
 def helix(seed=None):
     """A climbing turn; returns what a sensor would have measured too."""
-    steps = (
-        np.full(500, 0.1) if seed is None else np.random.default_rng(seed).uniform(0.05, 0.15, 500)
-    )
-    time = np.cumsum(steps)
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(np.full(500, 0.1) if seed is None else rng.uniform(0.05, 0.15, 500))
     euler = np.column_stack((0.2 * np.sin(time), -0.3 + 0 * time, 0.25 * time))
     attitude = quaternion_from_euler(euler)
     place = np.column_stack((4 * np.sin(0.25 * time), -4 * np.cos(0.25 * time), -0.2 * time))
@@ -124,13 +112,7 @@ def swinging(arm):
     velocity = np.column_stack((speed, rates))
     true = np.gradient(velocity, STEP, axis=0)
     rows = slice(10, -10, 20)
-    log = Log(
-        time=time[rows],
-        velocity=velocity[rows],
-        attitude=attitude[rows],
-        specific_force=force[rows],
-        segments=(),
-    )
+    log = Log(time[rows], velocity[rows], attitude=attitude[rows], specific_force=force[rows])
     return log, true[rows]
 
 
@@ -164,20 +146,15 @@ def test_what_is_lacking_or_wrong_is_named(step, lacking, refused):
         position=np.zeros((2, 3)),
         specific_force=np.zeros((2, 3)),
     )
-    refused(
-        LogError, lambda: step(dataclasses.replace(log, **({lacking: None} if lacking else {})))
-    )
+    without = {lacking: None} if lacking else {}
+    refused(LogError, lambda: step(dataclasses.replace(log, **without)))
 
 
 def test_an_even_clock_gives_savitzky_and_golay():
     """Oracle: scipy.signal.savgol_filter."""
-    from scipy.signal import savgol_filter
-
-    values = np.random.default_rng(2).normal(size=60)
-    fit = fit_local_polynomials(
-        np.arange(60) / 10, np.array([[0, 60]]), differences_from_centre(values[:, np.newaxis]), 9
-    )
-    oracle = savgol_filter(values, 9, 2, deriv=1, delta=0.1)
-    np.testing.assert_allclose(fit.slope[:, 0], oracle, atol=1e-9)
-    oracle = savgol_filter(values, 9, 2)
-    np.testing.assert_allclose(fit.value[:, 0] + values, oracle, atol=1e-9)
+    values, bounds = np.random.default_rng(2).normal(size=60), np.array([[0, 60]])
+    differences = differences_from_centre(values[:, np.newaxis])
+    fit = fit_local_polynomials(np.arange(60) / 10, bounds, differences, 9)
+    slope = savgol_filter(values, 9, 2, deriv=1, delta=0.1)
+    np.testing.assert_allclose(fit.slope[:, 0], slope, atol=1e-9)
+    np.testing.assert_allclose(fit.value[:, 0] + values, savgol_filter(values, 9, 2), atol=1e-9)

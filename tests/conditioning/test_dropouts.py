@@ -1,5 +1,3 @@
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -7,6 +5,7 @@ from hypothesis import given, settings, strategies as st
 from hydrodamp.conditioning.dropouts import DVL_SENTINELS, mask_dvl_dropouts, mask_frozen
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError
+from value_changes import set_values
 
 TIME = np.arange(0.0, 60.0, 0.1)
 
@@ -22,18 +21,16 @@ def moving(seed=0):
 @given(st.integers(20, 300), st.integers(12, 200), st.integers(0, 5))
 def test_all_but_the_first_sample_of_a_frozen_run_go(counts, start, length, axis):
     log = moving()
-    velocity = log.velocity.copy()
-    velocity[start : start + length, axis] = velocity[start, axis]
-    made = mask_frozen(dataclasses.replace(log, velocity=velocity))
+    stretch = np.s_[start : start + length, axis]
+    made = mask_frozen(set_values(log, "velocity", (stretch, lambda values: values[0])))
     assert counts(made, "frozen") == {"uvwpqr"[axis]: length - 1}
     assert made.n == (600 if length <= 10 else 600 - length + 1)
 
 
 def test_a_slow_sensor_is_not_frozen():
     log = moving()
-    held = log.velocity[np.arange(600) // 15 * 15]
-    slow = dataclasses.replace(log, velocity=np.column_stack((held[:, :3], log.velocity[:, 3:])))
-    assert mask_frozen(slow).notes == ()
+    held = np.s_[:, :3], log.velocity[np.arange(600) // 15 * 15, :3]
+    assert mask_frozen(set_values(log, "velocity", held)).notes == ()
 
 
 @pytest.mark.parametrize(
@@ -46,9 +43,7 @@ def test_a_slow_sensor_is_not_frozen():
     ],
 )
 def test_rest_and_what_never_moves_are_not_frozen(place, value):
-    velocity = moving().velocity.copy()
-    velocity[place] = value
-    assert mask_frozen(Log(time=TIME, velocity=velocity)).notes == ()
+    assert mask_frozen(set_values(moving(), "velocity", (place, value))).notes == ()
 
 
 def test_attitude_tells_that_the_vehicle_moves(counts):
@@ -66,10 +61,8 @@ def test_attitude_tells_that_the_vehicle_moves(counts):
     [*((np.s_[30:32, 1], value) for value in (*DVL_SENTINELS, -40.0)), (np.s_[30:50, :3], 0.0)],
 )
 def test_numbers_that_stand_for_none_go(swim, place, value, counts):
-    velocity = swim.velocity.copy()
-    velocity[place] = value
-    made = mask_dvl_dropouts(dataclasses.replace(swim, velocity=velocity))
-    lost = len(velocity[place])
+    made = mask_dvl_dropouts(set_values(swim, "velocity", (place, value)))
+    lost = len(swim.velocity[place])
     assert counts(made, "no measurement") == dict.fromkeys("uvw", lost)
     kept = np.searchsorted(swim.time, made.time)
     assert len(kept) == (100 if lost == 2 else 80)  # a short gap is bridged, a long one is cut

@@ -14,6 +14,7 @@ from hydrodamp.conditioning.outliers import (
 from hydrodamp.data.attitude import quaternion_from_euler, rotation_vectors
 from hydrodamp.data.log import Log, Segment
 from hydrodamp.errors import LogError
+from value_changes import set_values
 
 
 def noisy(n=400, seed=0):
@@ -74,10 +75,8 @@ def test_nothing_is_compared_across_a_join():
 
 
 def test_a_step_counts_what_it_touched_and_tells_it(swim, counts):
-    velocity = swim.velocity.copy()
-    velocity[[20, 21, 60], 0] += 4.0
-    velocity[0, 5] += 9.0
-    made = remove_outliers(dataclasses.replace(swim, velocity=velocity))
+    spikes = (([20, 21, 60], 0), lambda u: u + 4.0), ((0, 5), lambda r: r + 9.0)
+    made = remove_outliers(set_values(swim, "velocity", *spikes))
     assert counts(made, "spikes") == {"u": 3, "r": 1}
     assert made.n == 99  # there is nothing before the first sample
     np.testing.assert_allclose(made.velocity, swim.velocity[1:], atol=2e-3)
@@ -89,11 +88,8 @@ def test_a_step_counts_what_it_touched_and_tells_it(swim, counts):
 
 def test_accelerations_are_looked_at_where_named(swim, counts):
     rng = np.random.default_rng(3)
-    blocks = {
-        "acceleration": rng.normal(size=(100, 6)) / 50,
-        "position": rng.normal(size=(100, 3)) / 50,
-        "specific_force": rng.normal(size=(100, 3)) / 50,
-    }
+    widths = {"acceleration": 6, "position": 3, "specific_force": 3}
+    blocks = {name: rng.normal(size=(100, width)) / 50 for name, width in widths.items()}
     for block in blocks.values():
         block[40, 0] = 5.0
     log = dataclasses.replace(swim, **blocks)

@@ -1,6 +1,5 @@
 """Steps by their names: the same as the functions, and faults told at once."""
 
-import dataclasses
 import json
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
 from table_rows import rows
+from value_changes import set_values
 
 WRONG = json.loads(Path(__file__).with_name("wrong_steps.json").read_text("utf-8"))
 
@@ -22,13 +22,10 @@ WRONG = json.loads(Path(__file__).with_name("wrong_steps.json").read_text("utf-8
 def turning():
     """Yawing to and fro with a rudder, one spike in the surge."""
     time = np.arange(0.0, 30.0, 0.1)
-    surge = 1.0 + 0.05 * np.sin(time)
-    surge[100] = 9.0
-    yaw = 0.5 * np.sin(0.5 * time)
-    attitude = np.column_stack([0 * time, 0 * time, yaw])
-    return Log.from_arrays(
-        time, {"u": surge}, attitude=attitude, commands={"rudder": np.sign(np.sin(time))}
-    )
+    surge = np.where(np.arange(300) == 100, 9.0, 1.0 + 0.05 * np.sin(time))
+    attitude = np.outer(0.5 * np.sin(0.5 * time), (0, 0, 1))
+    rudder = {"rudder": np.sign(np.sin(time))}
+    return Log.from_arrays(time, {"u": surge}, attitude=attitude, commands=rudder)
 
 
 def test_a_mapping_does_its_steps(turning):
@@ -61,11 +58,8 @@ def test_what_is_wrong_is_said(content, said):
 
 @pytest.mark.parametrize("settings", WRONG["settings"])
 def test_settings_are_checked_before_any_log_is_read(settings, refused):
-    refused(
-        LogError,
-        hd.LogMapping.from_dict,
-        {"time": "t", "velocity": {"u": "speed"}, "steps": [settings]},
-    )
+    mapping = {"time": "t", "velocity": {"u": "speed"}, "steps": [settings]}
+    refused(LogError, hd.LogMapping.from_dict, mapping)
 
 
 def test_settings_reach_the_function(turning):
@@ -88,13 +82,14 @@ def test_settings_reach_the_function(turning):
 
 
 def spoilt(swim):
-    velocity = swim.velocity.copy()
-    velocity[10, :3] = -32.768
-    velocity[30, 5] += 5.0
-    velocity[60:73, 0] = velocity[60, 0]
-    attitude = swim.attitude.copy()
-    attitude[50] = [0, 1, 0, 0]
-    return dataclasses.replace(swim, velocity=velocity, attitude=attitude)
+    log = set_values(
+        swim,
+        "velocity",
+        (np.s_[10, :3], -32.768),
+        (np.s_[30, 5], lambda r: r + 5.0),
+        (np.s_[60:73, 0], swim.velocity[60, 0]),
+    )
+    return set_values(log, "attitude", (50, [0, 1, 0, 0]))
 
 
 def test_every_step_counts_its_own(swim, counts):
@@ -111,5 +106,4 @@ def test_every_step_counts_its_own(swim, counts):
 def test_a_clean_log_stays_as_it_is_and_clean(swim):
     assert clean(swim) is swim
     once = clean(spoilt(swim))
-    twice = clean(once)
-    assert twice.notes == once.notes
+    assert clean(once).notes == once.notes

@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 import hydrodamp as hd
+import oracle
 from hydrodamp.conditioning.consistency import VehicleScale
 from hydrodamp.conditioning.pipeline import parse_steps
 from hydrodamp.conditioning.quality_checks import Fix, annotate_quality, check_quality
@@ -17,6 +18,7 @@ from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler
 from hydrodamp.data.channel_regression import cumulative_integral
 from hydrodamp.simulation.log_issues import log_issues
 from table_rows import rows
+from value_changes import set_values
 
 #: Length [m], speed [m/s] and step of the clock [s].
 CRAFT = {"rov": (0.5, 0.4, 0.1), "auv": (2.0, 1.5, 0.1), "tanker": (320.0, 8.0, 1.0)}
@@ -34,15 +36,7 @@ def voyage(craft, seed):
     waves = np.sin(np.outer(time, pace) + rng.uniform(0, 6, 6))
     swing = np.cos(np.outer(time, pace) + rng.uniform(0, 6, 6))
     angles = waves[:, :3] * (0.2, 0.15, 1.2)
-    slopes = np.gradient(angles, time, axis=0)
-    (cr, cp), (sr, sp) = np.cos(angles[:, :2].T), np.sin(angles[:, :2].T)
-    rates = np.column_stack(  # Fossen (2021), eq. 2.41
-        (
-            slopes[:, 0] - sp * slopes[:, 2],
-            cr * slopes[:, 1] + sr * cp * slopes[:, 2],
-            cr * cp * slopes[:, 2] - sr * slopes[:, 1],
-        )
-    )
+    rates = oracle.body_rates(angles, np.gradient(angles, time, axis=0))
     linear = speed * (swing[:, :3] * (0.4, 0.2, 0.1) + (0.8, 0.0, 0.0))
     world = np.einsum("nij,nj->ni", rotation_matrices(quaternion_from_euler(angles)), linear)
     sizes = (2e-4, 0.01 * speed, 0.02 * speed / length, 2e-3 * length)
@@ -73,34 +67,19 @@ def times(**factors):
 
 
 def replaced(name, rows, value):
-    """Some rows of an array made of the array."""
+    """Some rows of an array: a value, or what a function makes of the array."""
 
     def fault(log):
-        values = getattr(log, name).copy()
-        values[rows] = value(values)
-        return {name: values}
+        new = value(getattr(log, name)) if callable(value) else value
+        return {name: getattr(set_values(log, name, (rows, new)), name)}
 
     return fault
-
-
-def shuffled(log):
-    """A yaw rate that is noise."""
-    velocity = log.velocity.copy()
-    np.random.default_rng(0).shuffle(velocity[:, 5])
-    return {"velocity": velocity}
 
 
 def earth_fixed(log):
     """Velocities along the axes of the world."""
     world = np.einsum("nij,nj->ni", rotation_matrices(log.attitude), log.velocity[:, :3])
     return {"velocity": np.column_stack((world, log.velocity[:, 3:]))}
-
-
-def held(log):
-    """A Doppler log of a sixth of the rate, held."""
-    velocity = log.velocity.copy()
-    velocity[:, :3] = velocity[np.arange(log.n) // 6 * 6, :3]
-    return {"velocity": velocity}
 
 
 def arrived(log):
@@ -110,21 +89,14 @@ def arrived(log):
     return {"time": np.maximum.accumulate(log.time + late) + 1e-4 * step * np.arange(log.n)}
 
 
-def derived(log):
-    """A surge that was differenced over a frame that motion capture lost."""
-    velocity = log.velocity.copy()
-    velocity[[700, 710], 0] = (25.0, -25.0)
-    return {"velocity": velocity}
-
-
-def turned(_):
-    """Return an attitude far from any."""
-    return (0.0, 0.6, 0.0, 0.8)
-
-
+AWAY = (0.0, 0.6, 0.0, 0.8)  # an attitude far from any
 FAULTS = {
     "dead gyro": (times(p=1e-7, q=1e-7, r=1e-7), "p q r", "`steps: [rates_from_attitude: {names"),
-    "noise": (shuffled, "r", "over "),
+    "noise": (
+        replaced("velocity", np.s_[:, 5], lambda v: np.random.default_rng(0).permutation(v[:, 5])),
+        "r",
+        "over ",
+    ),
     "degrees": (times(p=0.01745, q=0.01745, r=0.01745), "p q r", "taken for deg/s"),
     "rpm": (times(r=9.549), "r", "write `unit: rpm`"),
     "other axes": (times(q=-1.0, r=-1.0), "q r", "of opposite sign"),
@@ -138,7 +110,7 @@ FAULTS = {
         "name the axes of the position `east`, `north`, `up`",
     ),
     "lost frames": (
-        replaced("position", np.s_[900:940], lambda _: 0.0),
+        replaced("position", np.s_[900:940], 0.0),
         "north east down",
         "add `mask_mocap_dropouts` to `steps`",
     ),
@@ -157,11 +129,19 @@ FAULTS = {
         "u v w",
         "add `mask_frozen` to `steps`",
     ),
-    "held": (held, "u v w", "2500 of 3000 samples"),
+    "Doppler log of a sixth of the rate": (
+        replaced("velocity", np.s_[:, :3], lambda v: v[np.arange(len(v)) // 6 * 6, :3]),
+        "u v w",
+        "2500 of 3000 samples",
+    ),
     "arrival": (arrived, "time", "`time: header.stamp`"),
-    "one leap": (replaced("attitude", [700], turned), "yaw", "at "),
-    "leaps": (replaced("attitude", [700, 1500], turned), "yaw", "in 2 intervals from "),
-    "impossible": (derived, "u", "in 2 intervals"),
+    "one leap": (replaced("attitude", [700], AWAY), "yaw", "at "),
+    "leaps": (replaced("attitude", [700, 1500], AWAY), "yaw", "in 2 intervals from "),
+    "impossible": (  # differenced over a frame that motion capture lost
+        replaced("velocity", ([700, 710], 0), (25.0, -25.0)),
+        "u",
+        "in 2 intervals",
+    ),
 }
 
 
@@ -245,7 +225,7 @@ OTHER_SIGN = "is of opposite sign"
         (commanded("m1", PULSES), {"m1": PULSE}),
         (lambda log: {"wrench": np.outer(PULSES, (1, 0, 0, 0, 0, 0))}, {"X": PULSE}),
         (
-            lambda log: alone(log, **replaced("velocity", np.s_[:, 2], lambda v: 0.1)(log)),
+            lambda log: alone(log, **replaced("velocity", np.s_[:, 2], 0.1)(log)),
             {"w": "was not measured"},
         ),
         (lambda log: alone(log, time=1000 * log.time), {"time": "may be in ms, not s"}),
@@ -266,10 +246,8 @@ def test_what_is_little_goes_with_the_vehicle_by_froude_s_law():
     """A yaw rate of 0.0056 rad/s is much for a ship of 320 m, and nothing for an AUV."""
     ship, auv = (VehicleScale(CRAFT[craft][0]) for craft in ("tanker", "auv"))
     assert 5 * ship.negligible("rad/s") < 0.0056 < auv.negligible("rad/s")
-    for one, other in (
-        (ship.negligible, auv.negligible),
-        (ship.largest_plausible, auv.largest_plausible),
-    ):
+    for name in ("negligible", "largest_plausible"):
+        one, other = getattr(ship, name), getattr(auv, name)
         product = one("m/s") * one("rad/s")  # speeds go with the root of the length, rates against
         assert product == pytest.approx(other("m/s") * other("rad/s"))
 
@@ -303,23 +281,14 @@ def test_measured_logs_are_sound_but_for_single_samples(folder, files, mapping, 
 
 
 def test_a_fault_at_the_end_is_not_taken_for_one_at_the_start():
-    log = voyage("rov", 1)
-    speed = log.velocity.copy()
-    speed[-1, 0] = speed[0, 1] = 25.0  # m/s
-    late = dataclasses.replace(log, velocity=speed)
-    found = [one for one in check_quality(late, 1.0) if "plausible speed" in one.problem]
-    assert {one.channel: one.where for one in found} == {
-        "u": f"at {late.elapsed[-1]:.6g} s",
-        "v": "at 0 s",
-    }
+    log = set_values(voyage("rov", 1), "velocity", (([-1, 0], [0, 1]), 25.0))  # m/s
+    found = [one for one in check_quality(log, 1.0) if "plausible speed" in one.problem]
+    places = {"u": f"at {log.elapsed[-1]:.6g} s", "v": "at 0 s"}
+    assert {one.channel: one.where for one in found} == places
 
 
 def test_zeros_at_once_are_no_matter_of_a_doppler_log():
-    log = voyage("rov", 1)
-    speed = log.velocity.copy()
-    speed[500:510, :3] = 0.0
-    (found,) = (
-        one for one in check_quality(dataclasses.replace(log, velocity=speed)) if one.is_minor
-    )
+    log = set_values(voyage("rov", 1), "velocity", (np.s_[500:510, :3], 0.0))
+    (found,) = (one for one in check_quality(log) if one.is_minor)
     assert "drops to zero" in found.problem
     assert "lock" not in found.problem
