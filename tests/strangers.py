@@ -29,17 +29,10 @@ class Truth:
 
     def __init__(self, n=900, step=0.1):
         self.time = time = step * np.arange(n)
-        self.angles = np.column_stack(
-            (0.1 * np.sin(0.5 * time), 0.2 * np.sin(0.31 * time), 0.8 * np.sin(0.2 * time))
-        )
+        self.angles = np.sin(np.outer(time, (0.5, 0.31, 0.2))) * (0.1, 0.2, 0.8)
         self.turns = turns = turned(self.angles)
-        self.body = np.column_stack(
-            (
-                1 + 0.5 * np.sin(0.4 * time),
-                0.2 * np.sin(0.6 * time),
-                0.1 * np.cos(0.5 * time) + 0.08,
-            )
-        )
+        waves = np.sin(0.4 * time), np.sin(0.6 * time), np.cos(0.5 * time)
+        self.body = np.column_stack(waves) * (0.5, 0.2, 0.1) + (1.0, 0.0, 0.08)
         self.world = turns.apply(self.body)
         self.place = np.cumsum(self.world * step, axis=0) + np.array([0, 0, 5])
         self.rates = rates_of(turns, step)

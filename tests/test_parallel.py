@@ -12,10 +12,9 @@ from hydrodamp.progress import run_parallel
 
 def test_results_come_in_order_and_each_is_handed_out_once():
     told: list[int] = []
-    assert run_parallel(lambda x: x * x, [(k,) for k in range(20)], told.append) == tuple(
-        k * k for k in range(20)
-    )
-    assert sorted(told) == [k * k for k in range(20)]
+    squares = [k * k for k in range(20)]
+    assert [*run_parallel(lambda x: x * x, [(k,) for k in range(20)], told.append)] == squares
+    assert sorted(told) == squares
 
 
 def test_after_an_interruption_all_finished_work_is_handed_out_and_none_begun():

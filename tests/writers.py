@@ -101,23 +101,16 @@ class RosBag:
         if store is self.noetic:
             header["seq"] = 7
         vector = types["geometry_msgs/msg/Vector3"]
+        moves = vector(x=speed, y=-speed, z=0.5), vector(x=0.0, y=0.0, z=0.1)
         return types["geometry_msgs/msg/TwistStamped"](
-            header=types["std_msgs/msg/Header"](**header),
-            twist=types["geometry_msgs/msg/Twist"](
-                linear=vector(x=speed, y=-speed, z=0.5), angular=vector(x=0.0, y=0.0, z=0.1)
-            ),
+            types["std_msgs/msg/Header"](**header), types["geometry_msgs/msg/Twist"](*moves)
         )
 
     def joints(self, second: float, angles: list[float], names: list[str]) -> Any:
         types = self.modern.types
         header = types["std_msgs/msg/Header"](stamp=self.stamp(second, self.modern), frame_id="")
-        return types["sensor_msgs/msg/JointState"](
-            header=header,
-            name=names,
-            position=np.array(angles),
-            velocity=np.array([]),
-            effort=np.array([]),
-        )
+        values = {"position": np.array(angles), "velocity": np.array([]), "effort": np.array([])}
+        return types["sensor_msgs/msg/JointState"](header=header, name=names, **values)
 
     def ros2(
         self, folder: Path, messages: list[tuple[str, str, float, Any]], kind: str = "MCAP"

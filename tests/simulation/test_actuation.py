@@ -36,19 +36,12 @@ def test_no_rise_reaches_across_a_join_and_locked_axes_have_no_gain(vehicle):
     problem = hd.prepare(planar, log, freed)
     assert problem.equations.channels[-1] == "actuation_rise_Y"
     assert problem.inputs.channels[:, -1].tolist() == [1.0, 0.0, -2.0, 0.0]
-    assert [label for label in freed.labels if "_actuation_" in label][:2] == [
-        "X_actuation_X",
-        "X_actuation_rise_X",
-    ]
+    gains = [label for label in freed.labels if "_actuation_" in label]
+    assert gains[:2] == ["X_actuation_X", "X_actuation_rise_X"]
 
 
 def test_without_a_known_wrench_there_is_no_gain(vehicle, refused):
-    log = hd.Log(
-        time=np.arange(3.0),
-        velocity=np.ones((3, 6)),
-        commands=np.ones((3, 1)),
-        command_names=("stick",),
-    )
+    log = hd.Log.from_arrays(np.arange(3.0), np.ones((3, 6)), commands={"stick": np.ones(3)})
     refused(ProblemError, with_gains, vehicle, log, LINEAR)
     sticks = LINEAR.with_terms({"X": "stick", "Y": "actuation_Y"})
     refused(ProblemError, hd.prepare, vehicle, log, sticks)

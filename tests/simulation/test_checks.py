@@ -59,12 +59,8 @@ def test_what_drives_is_a_wrench_an_actuator_or_a_term():
 
 
 def test_commands_that_are_missing_come_together(refused):
-    refused(
-        ProblemError,
-        lambda: check_log(
-            hd.fleet["vt690"], log_of("rpm", "tilter"), (model(N="down_y stick tiller"),)
-        ),
-    )
+    mine = (model(N="down_y stick tiller"),)
+    refused(ProblemError, check_log, hd.fleet["vt690"], log_of("rpm", "tilter"), mine)
 
 
 @rows("commands, said")

@@ -24,24 +24,22 @@ def noise():
     return RNG.standard_normal(len(TIME))
 
 
+def noisy_log(*names):
+    return planar_log(**{name: noise() for name in names})
+
+
 def test_a_ship_has_its_propeller_on_x_and_its_rudder_on_y_and_n():
-    log = planar_log(
-        n_prop=noise(), rudder_angle=noise(), wind_speed=noise(), windDirection=noise()
-    )
-    assert draft_gains(log, ()) == {
-        "X": ("n_prop",),
-        "Y": ("rudder_angle",),
-        "N": ("rudder_angle",),
-    }
+    names = ("n_prop", "rudder_angle", "wind_speed", "windDirection")
+    rudder = ("rudder_angle",)
+    assert draft_gains(noisy_log(*names), ()) == {"X": ("n_prop",), "Y": rudder, "N": rudder}
     assert gain_term("n_prop") == "n_prop*|n_prop|"
     assert gain_term("rudder_angle") == "u|u|*rudder_angle"
     assert gain_term("thrust_left") == "thrust_left"
 
 
 def test_thrusters_at_the_sides_of_a_boat_push_and_turn():
-    log = planar_log(left_thrust=noise(), right_thrust=noise())
     both = ("left_thrust", "right_thrust")
-    assert draft_gains(log, ()) == {"X": both, "N": both}
+    assert draft_gains(noisy_log(*both), ()) == {"X": both, "N": both}
 
 
 def test_a_command_that_others_determine_has_no_gain_of_its_own():
@@ -54,7 +52,6 @@ def test_a_command_that_others_determine_has_no_gain_of_its_own():
 
 @rows("names, expected")
 def test_commands_are_proposed_for_actuators_that_the_log_lacks(names, expected):
-    log = planar_log(**{name: noise() for name in names})
-    proposed = propose_commands(hd.find_vehicle("vt690"), log)
+    proposed = propose_commands(hd.find_vehicle("vt690"), noisy_log(*names))
     assert [*proposed["rudder"]] == expected
     assert set(proposed) == {"rudder", "elevator", "rpm"}

@@ -12,6 +12,7 @@ from hydrodamp.data.log import Log
 from hydrodamp.data.plausibility import mask_absurd
 from hydrodamp.errors import LogError, OutlierWarning
 from hydrodamp.simulation.ranges import ranges_of, remove_implausible
+from value_changes import set_values
 
 CAMPAIGN = hd.reenact(duration=30.0)
 MODELS = [hd.catalog["prestero"]]
@@ -27,11 +28,9 @@ def screened(log):
     return log, [str(each.message) for each in caught if each.category is OutlierWarning]
 
 
-def with_command(name, rows, value):
-    """Return the training log with a value of a command in some rows."""
-    commands = CAMPAIGN.train.commands.copy()
-    commands[rows, CAMPAIGN.train.command_names.index(name)] = value
-    return replace(CAMPAIGN.train, commands=commands)
+def with_command(name, rows, value, log=CAMPAIGN.train):
+    """Return a log with a value of a command in some rows."""
+    return set_values(log, "commands", ((rows, log.command_names.index(name)), value))
 
 
 def test_ranges_are_those_of_free_axes():
@@ -52,44 +51,57 @@ def test_wild_commands_are_cut_out_and_named(rows, value):
 
 @pytest.mark.parametrize(("index", "value"), [(0, 32.767), (2, -32.768), (3, 20.0)])
 def test_wild_velocities_are_interpolated_and_named(index, value):
-    velocity = CAMPAIGN.train.velocity.copy()
-    velocity[100, index] = value
-    log, (message,) = screened(replace(CAMPAIGN.train, velocity=velocity))
-    assert log.n == CAMPAIGN.train.n
-    assert log.velocity[100, index] == pytest.approx(velocity[[99, 101], index].mean())
+    wild = set_values(CAMPAIGN.train, "velocity", ((100, index), value))
+    log, (message,) = screened(wild)
+    assert log.n == wild.n
+    assert log.velocity[100, index] == pytest.approx(wild.velocity[[99, 101], index].mean())
     assert f"`{'uvwpqr'[index]}`: 1 implausible sample" in message
 
 
+def started():
+    """A propeller that starts once, and a rudder hard over."""
+    log = with_command("rpm", slice(None), 0.0)
+    rudder, rpm = map(log.command_names.index, ("rudder", "rpm"))
+    log = replace(log, commands=0.01 * log.commands)
+    return set_values(
+        log, "commands", (np.s_[100:102, rpm], 2000.0), (np.s_[200:203, rudder], 0.34)
+    )
+
+
+def pulsed(value):
+    """A single pulse of an idle propeller."""
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, CAMPAIGN.train.commands.shape)
+    return with_command("rpm", slice(100, 103), value, replace(CAMPAIGN.train, commands=noise))
+
+
+def struck(index, value):
+    """An impact that the accelerometer records."""
+    log = replace(CAMPAIGN.train, acceleration=np.zeros((CAMPAIGN.train.n, 6)))
+    log = set_values(log, "velocity", (np.s_[100:102, index], value))
+    return set_values(log, "acceleration", ((100, index), 40.0))
+
+
 @pytest.mark.parametrize(
-    ("name", "rows", "value"),
+    "log",
     [
-        ("rudder", slice(None), 0.0),
-        ("rpm", slice(100, 150), 9000.0),
-        ("rpm", slice(None), 0.0),
-        ("rpm", slice(100, 102), 0.0),
+        with_command("rudder", slice(None), 0.0),
+        with_command("rpm", slice(100, 150), 9000.0),
+        with_command("rpm", slice(None), 0.0),
+        with_command("rpm", slice(100, 102), 0.0),
+        started(),
+        *map(pulsed, (9000.0, 12e3, 20e3)),
+        *(struck(index, value) for index, value in ((0, 5.0), (3, 3.0), (5, -2.0))),
     ],
 )
-def test_steps_are_kept(name, rows, value):
-    log = with_command(name, rows, value)
-    assert screened(log) == (log, [])
-
-
-def test_a_propeller_that_starts_once_and_a_rudder_hard_over_are_kept():
-    log = with_command("rpm", slice(None), 0.0)
-    commands = log.commands * 0.01
-    commands[100:102, log.command_names.index("rpm")] = 2000.0
-    commands[200:203, log.command_names.index("rudder")] = 0.34
-    log = replace(log, commands=commands)
+def test_steps_pulses_and_impacts_are_kept(log):
     assert screened(log) == (log, [])
 
 
 def with_actuator(actuator, values):
     """Return the vehicle with one actuator, and a log of its command."""
-    vehicle = replace(CAMPAIGN.vehicle, actuators=(actuator,))
     commands = np.resize(values, CAMPAIGN.train.n)[:, None]
-    return vehicle, replace(
-        CAMPAIGN.train, commands=commands, command_names=actuator.commands, wrench=None
-    )
+    log = replace(CAMPAIGN.train, commands=commands, command_names=actuator.commands)
+    return replace(CAMPAIGN.vehicle, actuators=(actuator,)), log
 
 
 THRUSTER = {"position": (0.0, 0.0, 0.0), "direction": (1.0, 0.0, 0.0)}
@@ -128,15 +140,6 @@ def test_a_sentinel_beyond_the_range_of_the_actuator_is_cut_out(actuator, values
     assert np.unique(log.commands).tolist() == [values[0]]
 
 
-@pytest.mark.parametrize("value", [9000.0, 12e3, 20e3])
-def test_a_single_pulse_of_an_idle_propeller_is_kept(value):
-    commands = CAMPAIGN.train.commands * 0.0
-    commands += np.random.default_rng(1).normal(0.0, 1e-3, commands.shape)
-    commands[100:103, CAMPAIGN.train.command_names.index("rpm")] = value
-    log = replace(CAMPAIGN.train, commands=commands)
-    assert screened(log) == (log, [])
-
-
 def test_a_pulse_of_a_channel_of_unknown_effect_is_kept_and_a_field_is_not():
     pilot = np.random.default_rng(1).normal(0.0, 1e-3, CAMPAIGN.train.n)
     pilot[200:203] = 1.0
@@ -150,23 +153,11 @@ def test_a_pulse_of_a_channel_of_unknown_effect_is_kept_and_a_field_is_not():
         assert remove_implausible(vehicle, log, [model]).n == log.n - 1
 
 
-@pytest.mark.parametrize(("index", "value"), [(0, 5.0), (3, 3.0), (5, -2.0)])
-def test_an_impact_is_kept(index, value):
-    velocity, acceleration = CAMPAIGN.train.velocity.copy(), np.zeros((CAMPAIGN.train.n, 6))
-    velocity[100:102, index] = value
-    acceleration[100, index] = 40.0
-    log = replace(CAMPAIGN.train, velocity=velocity, acceleration=acceleration)
-    assert screened(log) == (log, [])
-
-
 def test_a_channel_in_another_unit_is_kept_and_named():
     log = with_command("rpm", slice(None), 1e5)
     screened_log, (message,) = screened(log)
     assert screened_log == log
-    assert re.fullmatch(
-        rf".*`rpm`: {log.n} of {log.n} samples are beyond \d.*: check its column and unit; .*",
-        message,
-    )
+    assert f"`rpm`: {log.n} of {log.n} samples are beyond " in message
 
 
 def test_a_problem_and_a_replay_leave_out_the_same():
@@ -189,9 +180,8 @@ def test_an_impossible_sample_does_not_refuse_a_log(tmp_path, name, value):
     path = tmp_path / "log.csv"
     table = np.column_stack([*columns.values()])
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
-    with pytest.warns(
-        OutlierWarning, match=rf"log.csv: `{name}`: 1 .*: {re.escape(f'{value:g}')} at 2.00 s"
-    ):
+    words = rf"log.csv: `{name}`: 1 .*: {re.escape(f'{value:g}')} at 2.00 s"
+    with pytest.warns(OutlierWarning, match=words):
         log = hd.read_log(path)
     assert log.time.tolist() == np.delete(time, 20).tolist()
     angles = np.column_stack([columns[each] for each in ("roll", "pitch", "yaw")])
@@ -201,23 +191,20 @@ def test_an_impossible_sample_does_not_refuse_a_log(tmp_path, name, value):
 
 
 def test_an_impossible_quaternion_does_not_refuse_a_log():
-    attitude = CAMPAIGN.train.attitude.copy()
+    train, attitude = CAMPAIGN.train, CAMPAIGN.train.attitude[:200].copy()
     attitude[50, 0] = 65535.0
-    train = CAMPAIGN.train
     with pytest.warns(OutlierWarning, match="qw qx qy qz"):
-        log = Log.from_arrays(train.time[:200], train.velocity[:200], attitude=attitude[:200])
+        log = Log.from_arrays(train.time[:200], train.velocity[:200], attitude=attitude)
     assert log.n == 199
 
 
 def test_degrees_are_refused(refused):
-    columns = {"u": np.ones(40)}
-    refused(LogError, lambda: Log.from_arrays(np.arange(40.0), {"u": 60.0 * columns["u"]}))
+    refused(LogError, Log.from_arrays, np.arange(40.0), {"u": np.full(40, 60.0)})
 
 
 def test_warnings_have_the_order_of_the_channels():
     rng = np.random.default_rng(2)
-    columns = {name: rng.normal(size=(40,)) for name in "uvwpqr"}
-    columns |= {name: rng.normal(size=(40,)) for name in ("roll", "pitch", "yaw")}
+    columns = {name: rng.normal(size=40) for name in (*"uvwpqr", "roll", "pitch", "yaw")}
     for values in columns.values():
         values[7] = 1e6
     with pytest.warns(OutlierWarning) as caught:

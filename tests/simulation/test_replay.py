@@ -7,9 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hydrodamp as hd
+import oracle
 from hydrodamp.errors import ForeignVehicleWarning, MethodError
 from hydrodamp.models.damping import VehicleStamp
 from hydrodamp.simulation.replay import horizon_scores, score
+from value_changes import set_values
 
 
 def quiet_log(n=200, velocity=(1.5, 0.2, -0.1, 0.1, 0.05, -0.1), **more):
@@ -28,33 +30,21 @@ def test_against_solve_ivp_with_the_equation_written_out(vehicle):
     trajectory = hd.simulate(vehicle, damping, log, max_step=0.005)
 
     def rate(time, nu):
-        momentum = vehicle.mass_matrix @ nu
-        linear, angular = momentum[:3], momentum[3:]
-        coriolis = np.concatenate(
-            [np.cross(linear, nu[3:]), np.cross(linear, nu[:3]) + np.cross(angular, nu[3:])]
-        )
+        coriolis = oracle.frame(vehicle.mass_matrix @ nu, nu)
         at = [np.interp(time, log.time, column) for column in log.down.T]
         wrench = [np.interp(time, log.time, column) for column in log.wrench.T]
         force = coriolis + vehicle.restoring_wrench(np.array([at]))[0] + wrench - 20 * nu
         return np.linalg.solve(vehicle.mass_matrix, force)
 
-    solution = solve_ivp(
-        rate,
-        (0, log.time[-1]),
-        log.velocity[0],
-        t_eval=log.time,
-        rtol=1e-9,
-        atol=1e-11,
-        max_step=0.1,
-    )
+    settings = {"t_eval": log.time, "rtol": 1e-9, "atol": 1e-11, "max_step": 0.1}
+    solution = solve_ivp(rate, (0, log.time[-1]), log.velocity[0], **settings)
     np.testing.assert_allclose(trajectory.velocity, solution.y.T, atol=2e-6)
 
 
 def test_divergence_is_a_status(vehicle):
     log = quiet_log(90, wrench=np.zeros((90, 6)), segment=np.repeat(["calm", "wild", "end"], 30))
-    velocity = log.velocity.copy()
-    velocity[:30] = velocity[60:] = 0.0
-    log = replace(log, velocity=velocity, attitude=np.tile([1.0, 0, 0, 0], (90, 1)))
+    log = set_values(log, "velocity", (np.s_[:30], 0.0), (np.s_[60:], 0.0))
+    log = replace(log, attitude=np.tile([1.0, 0, 0, 0], (90, 1)))
     growing = hd.Damping(hd.catalog["linear"], 300 * np.eye(6).ravel())
     trajectory = hd.simulate(replace(vehicle, center_of_gravity=(0, 0, 0)), growing, log)
     assert trajectory.status is hd.Status.DIVERGED
@@ -76,9 +66,8 @@ def test_settings_are_checked(vehicle, refused):
         refused(MethodError, hd.simulate, vehicle, nothing, log, max_step=step)
     refused(MethodError, lambda: score(hd.simulate(vehicle, nothing, log), rate_unit="grad"))
     planar = replace(vehicle, axes=("X", "Y", "N"))
-    bare = hd.Log.from_arrays(
-        [0.0, 0.1], {"u": [1, 1], "v": [0, 0], "r": [0, 0]}, wrench=np.zeros((2, 6))
-    )
+    velocity = {"u": [1, 1], "v": [0, 0], "r": [0, 0]}
+    bare = hd.Log.from_arrays([0.0, 0.1], velocity, wrench=np.zeros((2, 6)))
     turning = hd.simulate(planar, nothing, bare, attitude="simulated")
     assert turning.status is hd.Status.OK
 

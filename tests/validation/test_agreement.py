@@ -18,13 +18,35 @@ SPLITS = [
 ]
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning"),
+]
+
+
+@pytest.fixture
+def home(measured_logs):
+    return measured_logs("campaigns") / "c22"
+
+
+@pytest.fixture
+def log(home):
+    return hd.read_log(home / "estimation.csv")
+
+
+@pytest.fixture
+def vehicle(home):
+    return hd.read_vehicle(home / "vehicle.yaml")
+
+
+def sensor_errors(log):
+    """Standard deviations of white errors of the sensors, by differences."""
+    return np.std(np.diff(log.velocity, axis=0), axis=0) / np.sqrt(2.0)
+
+
 @pytest.mark.parametrize(("train", "test"), SPLITS)
-def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, test, measured_logs):
+def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, test, log, vehicle):
     """Verdicts on splits of one log may differ, not on deg/s against rad/s."""
-    home = measured_logs("campaigns") / "c22"
-    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
     start, duration = log.time[0], log.time[-1] - log.time[0]
     parts = [log.between(*(start + duration * np.array(each))) for each in (train, test)]
     models = [hd.catalog[key] for key in ("gertler-hagen", "prestero", "linear", "fossen")]
@@ -42,13 +64,9 @@ def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, tes
     assert not smaller
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
 @pytest.mark.parametrize("key", ["prestero", "fossen"])
 @pytest.mark.parametrize("share", [0.75, 1.0])
-def test_the_predicted_error_covers_that_on_the_rest_of_a_log(key, share, measured_logs):
-    home = measured_logs("campaigns") / "c22"
-    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
+def test_the_predicted_error_covers_that_on_the_rest_of_a_log(key, share, home, log, vehicle):
     middle = log.time[0] + share * (log.time[-1] - log.time[0])
     rest = log.between(middle, log.time[-1]) if share < 1.0 else None
     rest = rest or hd.read_log(home / "validation.csv")
@@ -56,24 +74,19 @@ def test_the_predicted_error_covers_that_on_the_rest_of_a_log(key, share, measur
     fit = hd.find_method("recommended").identify(problem, hd.catalog[key])
     band = hd.predict_error(vehicle, fit, rest)
     error = np.sqrt(np.mean((band.velocity - rest.velocity) ** 2, axis=0))
-    sensors = np.std(np.diff(rest.velocity, axis=0), axis=0) / np.sqrt(2.0)
-    assert np.all(error <= np.hypot(np.sqrt(np.mean(band.half_width**2, axis=0)), 2.0 * sensors))
+    half_width = np.sqrt(np.mean(band.half_width**2, axis=0))
+    assert np.all(error <= np.hypot(half_width, 2.0 * sensor_errors(rest)))
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::hydrodamp.errors.HydrodampWarning")
 @pytest.mark.parametrize(
     ("train", "test"), [((0.0, 600.0), (600.0, 801.0)), ((600.0, 801.0), (0.0, 600.0))]
 )
-def test_a_band_covers_the_samples_of_velocities_within_their_range(train, test, measured_logs):
+def test_a_band_covers_the_samples_of_velocities_within_their_range(train, test, log, vehicle):
     """It does so in either direction, and names the velocities that the training data lack."""
-    home = measured_logs("campaigns") / "c22"
-    log, vehicle = hd.read_log(home / "estimation.csv"), hd.read_vehicle(home / "vehicle.yaml")
     parts = [log.between(*(log.time[0] + np.array(each))) for each in (train, test)]
     fit = hd.identify(hd.catalog["prestero"], vehicle, parts[0], hd.Recommended())
     band = hd.predict_error(vehicle, fit, parts[1])
-    sensors = np.std(np.diff(parts[1].velocity, axis=0), axis=0) / np.sqrt(2.0)
-    bound = np.hypot(band.half_width, 1.96 * sensors)
+    bound = np.hypot(band.half_width, 1.96 * sensor_errors(parts[1]))
     covered = np.mean(np.abs(band.velocity - parts[1].velocity) <= bound, axis=0)
     assert len(band.extrapolated) < 4
     for name, share in zip(VELOCITIES, covered.tolist(), strict=True):

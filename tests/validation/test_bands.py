@@ -32,18 +32,15 @@ def manoeuvres():
     campaign = hd.reenact(seed=0, duration=15.0)
     linear = hd.find_model("linear")
     train = hd.prepare(campaign.vehicle, campaign.train, linear)
-    fit = hd.LeastSquares(hd.SavitzkyGolay()).identify(train, linear)
-    return hd.prepare(campaign.vehicle, campaign.test, linear), replace(
-        fit.damping, covariance=1e-3 * fit.damping.covariance
-    )
+    damping = hd.LeastSquares(hd.SavitzkyGolay()).identify(train, linear).damping
+    problem = hd.prepare(campaign.vehicle, campaign.test, linear)
+    return problem, replace(damping, covariance=1e-3 * damping.covariance)
 
 
 def test_one_axis_is_the_formula(coasting):
     problem, damping = coasting
-    mass = problem.vehicle.mass_matrix[0, 0]
-    time = problem.inputs.time
-    start = np.repeat([2.0, 1.0], 60)
-    wanted = start * np.exp(-20.0 * time / mass)
+    mass, time = problem.vehicle.mass_matrix[0, 0], problem.inputs.time
+    wanted = np.repeat([2.0, 1.0], 60) * np.exp(-20.0 * time / mass)
     band = hd.prediction_band(problem, damping)
     np.testing.assert_allclose(band.velocity[:, 0], wanted, rtol=1e-6)
     half = 1.959964 * 2.0 * time / mass * wanted

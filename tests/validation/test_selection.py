@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,12 +17,9 @@ from hydrodamp.validation.selection import pareto_front, select_row
 
 def blocks_of(*errors):
     """Return one velocity with the given RMS error in each block of equal length."""
-    squares = np.square(errors)[:, None]
-    n = len(errors)
-    zeros = np.zeros((n, 1))
-    return BlockErrors(
-        ("u",), np.ones(n), squares, np.full((n, 1), 100.0), zeros, np.zeros(n, bool)
-    )
+    squares, n = np.square(errors)[:, None], len(errors)
+    motion, noise = np.full((n, 1), 100.0), np.zeros((n, 1))
+    return BlockErrors(("u",), np.ones(n), squares, motion, noise, np.zeros(n, bool))
 
 
 @dataclass(frozen=True)
@@ -46,12 +44,8 @@ class Entry:
         return blocks_of(*self.errors) if self.errors else None
 
 
-@dataclass(frozen=True)
-class Listed:
-    rows: tuple[Entry, ...]
-
-    def select(self):
-        return select_row(self.rows)
+def front(*rows):
+    return pareto_front(SimpleNamespace(rows=rows, select=lambda: select_row(rows)))
 
 
 LARGE, LINEAR, SMALL, TINY, EMPTY = ROWS = (
@@ -63,13 +57,10 @@ LARGE, LINEAR, SMALL, TINY, EMPTY = ROWS = (
 )
 
 
-def test_the_lowest_error_names_its_runner_up():
+def test_the_lowest_error_names_its_runner_up(snapshot):
     selection = select_row(ROWS)
     assert (selection.row, selection.runner_up) == (LARGE, LINEAR)
-    assert str(selection) == (
-        "large by ls has the least error of 4 replays, 5 % of the motion; second is linear by ls, "
-        "6.4 %. Excluded: 1 replay that diverged, failed or did not converge."
-    )
+    assert str(selection) == snapshot
 
 
 def test_ties_go_to_fewer_coefficients_then_to_more_determined_ones_then_to_the_earlier_row():
@@ -79,17 +70,14 @@ def test_ties_go_to_fewer_coefficients_then_to_more_determined_ones_then_to_the_
     assert select_row([*equal, determined]).row is determined
 
 
-def test_fewer_coefficients_are_selected_within_one_standard_error_over_blocks():
+def test_fewer_coefficients_are_selected_within_one_standard_error_over_blocks(snapshot):
     """Also on the blocks of one held-out run: the sign of the difference varies."""
     large = Entry("large", 248, (0.1, 0.5, 0.6))
     small = Entry("small", 44, (0.1, 0.2, 1.1))
     selection = select_row([large, small, Entry("tiny", 12, (0.5, 0.9, 1.3))])
     assert (selection.row, selection.runner_up) == (small, large)
     assert selection.equivalent == (large,)
-    assert "small by ls has the fewest coefficients, 44, of the models" in selection.sentence
-    assert "equal for use: error 6.48 ± " in selection.sentence
-    assert " % of the motion; least 4.55 ± " in selection.sentence
-    assert selection.sentence.endswith(" % by 248 coefficients, large by ls.")
+    assert selection.sentence == snapshot
 
 
 @pytest.mark.parametrize(("share", "selected"), [(1.24, "small"), (1.26, "large")])
@@ -112,16 +100,16 @@ def test_equal_for_use_holds_for_every_velocity_that_is_predicted():
     assert select_row([replace(large, errors=(0.1, 0.1, 0.85)), far]).row.model == "large"
 
 
-def test_of_equal_rows_those_of_adequate_form_count():
+def test_of_equal_rows_those_of_adequate_form_count(snapshot):
     large = Entry("large", 88, (0.5,), adequacy=Adequacy.judge({}, {}, {}))
     small = Entry("small", 30, (0.6,), adequacy=Adequacy.judge({}, {"X": 1.0}, {}))
     assert select_row([small, large]).row is large
     best = Entry("best", 99, (0.45,))
-    assert " have an adequate form: error" in select_row([small, large, best]).sentence
+    assert select_row([small, large, best]).sentence == snapshot
     assert select_row([small, replace(large, errors=(0.8,))]).row is small
 
 
-def test_of_equal_rows_those_that_predict_the_most_velocities_count():
+def test_of_equal_rows_those_that_predict_the_most_velocities_count(snapshot):
     """The smallest misses r, in which the others are good enough; no noise, one block repeated."""
     small = Several("small", 10, (0.10, 0.10, 1.01), motion=(1.0, 1.0, 1.0))
     large = Several("large", 40, (0.10, 0.10, 0.95))
@@ -129,14 +117,12 @@ def test_of_equal_rows_those_that_predict_the_most_velocities_count():
     selection = select_row([small, large, middle])
     assert selection.row is middle
     assert {row.model for row in selection.equivalent} == {"small", "large"}
-    assert "30, of the models that are equal for use and predict the most" in selection.sentence
+    assert selection.sentence == snapshot
     assert select_row([small, replace(small, model="large", n_coefficients=40)]).row is small
 
 
-def test_a_diverged_row_never_precedes_one_whose_replays_ended():
-    location = "fold 1, segment a after 3 s"
-    excluded = "Excluded: 1 replay that diverged, failed or did not converge."
-    lost = Entry("lost", 12, (0.2, 0.5, 0.8), divergences=(location,))
+def test_a_diverged_row_never_precedes_one_whose_replays_ended(snapshot):
+    lost = Entry("lost", 12, (0.2, 0.5, 0.8), divergences=("fold 1, segment a after 3 s",))
     worse = (
         Entry("safe", 44, (0.22, 0.44, 0.87)),
         Entry("far", 44, (2.2, 4.4, 8.7)),
@@ -145,11 +131,10 @@ def test_a_diverged_row_never_precedes_one_whose_replays_ended():
     for other in worse:
         selection = select_row([lost, other])
         assert (selection.row, selection.ranked) == (other, (other,))
-        assert f"lost by ls diverged in {location}. {excluded}" in selection.caveat
+        assert selection.caveat == snapshot
     alone = select_row([lost, replace(lost, model="other", errors=(0.3, 0.6, 0.9))])
     assert alone.row is lost
-    assert alone.sentence.startswith("lost by ls has the least error of 2 replays, diverged")
-    assert alone.caveat == f"It diverged in {location}; no replay ended."
+    assert str(alone) == snapshot
 
 
 def test_an_exact_fit_has_no_margin():
@@ -157,14 +142,12 @@ def test_an_exact_fit_has_no_margin():
     assert "second is b by ls, 3 %." in str(selection)
 
 
-def test_fits_that_have_not_converged_are_excluded_unless_none_has():
+def test_fits_that_have_not_converged_are_excluded_unless_none_has(snapshot):
     loose = Entry("loose", 36, (0.1,), converged=False, method="ai")
     assert select_row([loose, *ROWS]).row is LARGE
     only = select_row([loose])
     assert (only.row, only.runner_up) == (loose, None)
-    assert str(only) == (
-        "loose by ai is the only row: error 1 % of the motion. The selected fit has not converged."
-    )
+    assert str(only) == snapshot
 
 
 @dataclass(frozen=True)
@@ -185,18 +168,15 @@ class Several(Entry):
         return BlockErrors(("u", "w", "r"), np.ones(4), error, motion, noise, np.zeros(4, bool))
 
 
-UNITS = [
-    pytest.param(units, id=name)
-    for name, units in {
-        "rad": (1.0, 1.0, 1.0),
-        "deg": (1.0, 1.0, np.degrees(1.0)),
-        "feet": (1.0 / 0.3048, 1.0 / 0.3048, 1.0),
-        "heave": (1.0, 1e-3, 1.0),
-    }.items()
-]
+UNITS = {
+    "rad": (1.0, 1.0, 1.0),
+    "deg": (1.0, 1.0, np.degrees(1.0)),
+    "feet": (1.0 / 0.3048, 1.0 / 0.3048, 1.0),
+    "heave": (1.0, 1e-3, 1.0),
+}
 
 
-@pytest.mark.parametrize("units", UNITS)
+@pytest.mark.parametrize("units", UNITS.values(), ids=UNITS)
 def test_the_selected_row_and_its_error_do_not_depend_on_units(units):
     """In deg/s the yaw rate alone would select `turns`, in rad/s surge and heave `drag`."""
     noise = (0.05, 0.05, 0.05)
@@ -237,14 +217,13 @@ def test_without_a_replay_nothing_is_selected():
 def test_the_front_has_lower_errors_for_more_coefficients():
     beaten = Entry("beaten", 40, (0.64,))
     same = Entry("same", 36, (0.64,))
-    assert pareto_front(Listed((*ROWS, beaten, same))) == (TINY, SMALL, LINEAR, LARGE)
-    assert pareto_front(Listed((EMPTY,))) == ()
+    assert front(*ROWS, beaten, same) == (TINY, SMALL, LINEAR, LARGE)
+    assert front(EMPTY) == ()
 
 
 def test_the_front_is_of_the_relative_error():
     """Equation 24 in deg/s would have the smaller row alone on the front."""
-    units = (1.0, 1.0, np.degrees(1.0))
-    turns = Several("turns", 20, (0.6, 0.6, 0.2), units=units)
-    drag = Several("drag", 30, (0.1, 0.1, 0.4), units=units)
+    turns = Several("turns", 20, (0.6, 0.6, 0.2), units=UNITS["deg"])
+    drag = Several("drag", 30, (0.1, 0.1, 0.4), units=UNITS["deg"])
     assert turns.rms < drag.rms
-    assert pareto_front(Listed((drag, turns))) == (turns, drag)
+    assert front(drag, turns) == (turns, drag)
