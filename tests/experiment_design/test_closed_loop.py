@@ -22,9 +22,8 @@ def closed_loop():
     known = prior_damping(vehicle, model, None)
     sizes = np.zeros(extended_model(vehicle, model, known).n_coefficients)
     ensemble = sample_ensemble(vehicle, model, known, sizes, 3, seed=1)
-    return ClosedLoopSimulator.of(
-        vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
-    )
+    autopilot = design_autopilot(vehicle, known, envelope)
+    return ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
 
 
 @pytest.fixture(scope="module")
@@ -35,12 +34,16 @@ def trajectories(closed_loop):
     return closed_loop.simulate((setpoints[:, None], overlays[:, None]))
 
 
+def member_log(closed_loop, trajectories, index):
+    """Return the exact log of a member."""
+    names = closed_loop.autopilot.names
+    return trajectories.select([index]).log(closed_loop.vehicle, names, exact=True)
+
+
 @pytest.mark.slow
 def test_each_member_moves_as_a_replay_of_its_commands(closed_loop, trajectories):
     for index, damping in enumerate(closed_loop.ensemble.dampings):
-        log = trajectories.select([index]).log(
-            closed_loop.vehicle, closed_loop.autopilot.names, exact=True
-        )
+        log = member_log(closed_loop, trajectories, index)
         replay = hd.simulate(closed_loop.vehicle, damping, log, attitude="simulated", max_step=0.02)
         assert np.abs(replay.velocity - log.velocity).max() < 1e-4
 
@@ -79,11 +82,8 @@ def test_courses_depend_on_the_positions_of_the_members():
     """Segments of 100 m by dead reckoning, of 110 m for one member, in a square of 300 m."""
     area = hd.Envelope(area={"north": (-150, 150), "east": (-150, 150)}).area
     setpoints = np.tile([2.0, 0.0, 10.0], (12, 500, 1))
-    guidance, position, distances = (
-        CourseGuidance(area, setpoints, 0.1, np.zeros((12, 1, 1, 2))),
-        np.zeros((2, 2)),
-        [],
-    )
+    guidance = CourseGuidance(area, setpoints, 0.1, np.zeros((12, 1, 1, 2)))
+    position, distances = np.zeros((2, 2)), []
     for segment in range(12):
         course = guidance(500 * segment, position)
         assert guidance(500 * segment + 5, position + 1.0) == course
@@ -96,14 +96,10 @@ def test_violations_are_relative_to_the_limits(closed_loop, trajectories):
     narrow = closed_loop.envelope.model_copy(update={"depth": (9.0, 13.0), "pitch": 5.0})
     violations = trajectories.limit_violations(narrow)
     depth = trajectories.states[:, :, 11]
-    assert violations["depth"].max() == pytest.approx(
-        max(depth.max() - 13.0, 9.0 - depth.min()) / 4.0
-    )
-    assert (
-        violations["pitch"].max()
-        > 0.0
-        > trajectories.limit_violations(closed_loop.envelope)["pitch"].max()
-    )
+    excess = max(depth.max() - 13.0, 9.0 - depth.min())
+    assert violations["depth"].max() == pytest.approx(excess / 4.0)
+    wide = trajectories.limit_violations(closed_loop.envelope)
+    assert violations["pitch"].max() > 0.0 > wide["pitch"].max()
 
 
 def test_information_is_that_of_output_error_at_each_members_coefficients(
@@ -114,9 +110,7 @@ def test_information_is_that_of_output_error_at_each_members_coefficients(
     extended = closed_loop.ensemble.extended_model
     indices = [extended.index(label) for label in closed_loop.ensemble.model.labels]
     for number, damping in enumerate(closed_loop.ensemble.dampings):
-        log = trajectories.select([number]).log(
-            closed_loop.vehicle, closed_loop.autopilot.names, exact=True
-        )
+        log = member_log(closed_loop, trajectories, number)
         problem = build_problem(closed_loop.vehicle, log, (extended,))
         noise = closed_loop.envelope.noise_std[:6]
         objective = replace(

@@ -43,9 +43,6 @@ def test_no_signal_exceeds_one(shape):
 def test_the_design_vector_defines_the_manoeuvre():
     for manoeuvre in candidate_manoeuvres(2):
         rebuilt = Manoeuvre.from_design_vector(manoeuvre.design_vector)
-        assert (rebuilt.shape, rebuilt.level, rebuilt.tempo) == (
-            manoeuvre.shape,
-            manoeuvre.level,
-            manoeuvre.tempo,
-        )
+        for name in ("shape", "level", "tempo"):
+            assert getattr(rebuilt, name) == getattr(manoeuvre, name)
         assert rebuilt.strengths == pytest.approx(manoeuvre.strengths)

@@ -52,12 +52,7 @@ def test_the_turning_circle_is_that_of_nomoto(nomoto):
     assert values["starboard", "steady speed"] == pytest.approx(2.0)
     assert values["starboard", "final diameter"] == pytest.approx(2.0 * 2.0 / rate / 4.0, rel=1e-3)
     end = solve_ivp(
-        lambda t, x: [
-            (GAIN * np.radians(35.0) - x[0]) / LAG,
-            x[0],
-            2 * np.cos(x[1]),
-            2 * np.sin(x[1]),
-        ],
+        lambda t, x: [(rate - x[0]) / LAG, x[0], 2 * np.cos(x[1]), 2 * np.sin(x[1])],
         (0.0, 100.0),
         np.zeros(4),
         events=[lambda t, x: x[1] - np.pi / 2.0, lambda t, x: x[1] - np.pi],
@@ -147,9 +142,8 @@ def test_the_draws_follow_the_covariance(monkeypatch):
     damping = hd.Damping.from_dict(None, NOMOTO)
     covariance = np.diag((0.02 * damping.coefficients) ** 2)
     covariance[:-1] = 0.0  # the rudder alone
-    result = evaluate_ship(
-        SHIP, replace(damping, covariance=covariance), 2.0, length=4.0, rudder_rate=100.0
-    )
+    uncertain = replace(damping, covariance=covariance)
+    result = evaluate_ship(SHIP, uncertain, 2.0, length=4.0, rudder_rate=100.0)
     rate = numbers(result)["turning circle", "port", "steady yaw rate"]
     assert np.std(rate.draws[1:]) == pytest.approx(0.02 * rate.value, rel=0.4)
     assert rate.band[0] < rate.value < rate.band[1]
@@ -166,17 +160,16 @@ def test_limits_are_those_of_the_resolution():
 @pytest.mark.slow
 def test_a_manoeuvre_that_the_model_cannot_hold_has_no_number():
     growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG})
-    assert numbers(growing)["zigzag 10/10", "port", "second overshoot"].value is None
-    assert numbers(growing)["spiral", "", "loop width"].value is None
+    for key in (("zigzag 10/10", "port", "second overshoot"), ("spiral", "", "loop width")):
+        assert numbers(growing)[key].value is None
     first = next(each for each in describe_conditions(growing) if "cannot hold" in each)
     assert re.fullmatch(
         r"The model cannot hold the turning circle to port: it diverges, [\d.]+ s after the order, "
         r"with `rudder` -35 deg to starboard and `rps` at 40\.",
         first,
     )
-    assert "tactical diameter of the turning circle to port not reached" in describe_verdict(
-        growing
-    )
+    verdict = describe_verdict(growing)
+    assert "tactical diameter of the turning circle to port not reached" in verdict
 
 
 @pytest.mark.slow

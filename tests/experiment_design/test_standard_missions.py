@@ -12,6 +12,7 @@ from hydrodamp.experiment_design.standard_missions import (
     describe_missions,
     predict_missions,
 )
+from value_changes import set_values
 
 
 @pytest.fixture
@@ -50,9 +51,8 @@ def test_the_error_of_a_form_is_named_first_even_where_nothing_is_trusted(fit):
     wrong = replace(fit, form_errors={"Y": (0.5, 1.0, 0.1), "N": (0.5, 1.0, 0.1)})
     first, *further = describe_missions(wrong)
     assert first.startswith("Predicted error (95 %): larger than the motion")
-    assert any(
-        text.endswith("m/s): record them at that speed.") or UNSTABLE in text for text in further
-    )
+    ends = "m/s): record them at that speed."
+    assert any(text.endswith(ends) or UNSTABLE in text for text in further)
 
 
 @pytest.mark.slow
@@ -65,18 +65,15 @@ def test_the_error_is_in_proportion_to_the_standard_errors(fit):
 @pytest.fixture
 def loose(fit):
     """A fit of which the log does not determine N_ur."""
-    covariance = fit.damping.covariance.copy()
     index = fit.model.index("N_ur")
-    covariance[index, index] = (10.0 * fit.damping["N_ur"]) ** 2
-    return replace(fit, damping=replace(fit.damping, covariance=covariance))
+    wide = (index, index), (10.0 * fit.damping["N_ur"]) ** 2
+    return replace(fit, damping=set_values(fit.damping, "covariance", wide))
 
 
 @pytest.mark.slow
 def test_an_undetermined_coefficient_is_not_trusted(loose):
     assert all("r" in each.untrusted for each in predict_missions(loose))
-    assert any(
-        text.startswith("Do not trust heading steps at") for text in describe_missions(loose)
-    )
+    assert any(text.startswith("Do not trust heading") for text in describe_missions(loose))
 
 
 def test_without_vehicle_or_speed_the_reason_is_given(fit):

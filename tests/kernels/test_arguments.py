@@ -30,6 +30,9 @@ def few_channels(make):
     return make.inputs(np.random.default_rng(6), n=6, n_channels=1)
 
 
+STRANGE = Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3))
+
+
 @pytest.mark.parametrize(
     ("asked", "name", "value", "message"),
     [
@@ -39,12 +42,7 @@ def few_channels(make):
         (RUNS, "inputs", few_channels, "must have 2 columns.*got 1"),
         (RUNS[:1], "attitude", np.zeros((5, 4)), r"`attitude` must have shape \(6, 4\); got \(5"),
         (("adapt_step",), "state", np.ones((2, 6)), r"must have shape \(13, 6\).*got \(\(2, 6\)"),
-        (
-            ("adapt_step",),
-            "current",
-            Sample.of(time=1.0, velocity=np.zeros(6), channels=np.zeros(3)),
-            r"a sample 2 channels; got \(\(13, 6\), 2, 3\)",
-        ),
+        (("adapt_step",), "current", STRANGE, r"a sample 2 channels; got \(\(13, 6\), 2, 3\)"),
     ],
 )
 def test_records_and_steps(make, asked, name, value, message):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
 
 import pytest
 
@@ -11,6 +13,7 @@ import hydrodamp as hd
 from hydrodamp.live.estimator import METHODS
 from hydrodamp.live.runner import LiveRun
 from hydrodamp.live.samples import rows_of
+from hydrodamp.live.sources import open_source
 
 MODEL = hd.catalog["prestero"]
 
@@ -45,6 +48,11 @@ def run_live(rows, vehicle, method="rls", model=MODEL, output_interval=1e9, **se
     return record
 
 
+def open_stream(address, mapping=None, on_message=print):
+    """Open a source of the same machine, as fast as it comes."""
+    return open_source(address, mapping, allow_remote=False, real_time=False, on_message=on_message)
+
+
 def angles(row):
     """Return a row with Euler angles that turn as the vehicle does."""
     others = {name: value for name, value in row.items() if name not in ("qw", "qx", "qy", "qz")}
@@ -61,6 +69,18 @@ def dive():
     """Four segments of 50 s, commands as recorded."""
     campaign = hd.reenact(seed=0, duration=50.0)
     return campaign.vehicle, campaign.train
+
+
+@pytest.fixture(scope="session")
+def rows(dive):
+    """The first half minute of the dive, of one segment."""
+    return [*islice(rows_of(dive[1]), 300)]
+
+
+@pytest.fixture(scope="session")
+def run(dive):
+    """Run over rows of the vehicle of the dive."""
+    return partial(run_live, vehicle=dive[0])
 
 
 @pytest.fixture(scope="session")

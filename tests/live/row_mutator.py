@@ -64,7 +64,7 @@ def poisoned(rows: Sequence[dict], kind: str, n: int, random: Random) -> list[di
     return spoilt
 
 
-def rows() -> Iterator[dict[str, object]]:
+def endless_rows() -> Iterator[dict[str, object]]:
     """Yield the samples of a campaign for ever, the clock going on, with a gap between rounds."""
     samples = [*rows_of(hd.reenact(seed=0, duration=50.0).train)]
     length = float(samples[-1]["time"]) + 5.0
@@ -76,7 +76,7 @@ def rows() -> Iterator[dict[str, object]]:
 def mutated(seed: int = 0) -> Iterator[bytes]:
     """Yield lines for ever, of which a share is mutated."""
     random, before = Random(seed), b""
-    for k, row in enumerate(rows()):
+    for k, row in enumerate(endless_rows()):
         line = json.dumps(row).encode()
         # The first one says what is measured.
         yield from (line,) if k == 0 or random.random() > SHARE else _mutants(random, row, before)
@@ -97,9 +97,8 @@ def _mutants(random: Random, row: dict[str, object], before: bytes) -> Iterator[
     elif kind == 4:  # order
         yield from (line, before) if before else (line,)
     elif kind == 5:  # time
-        yield json.dumps(
-            row | {"time": row["time"] + random.choice((-1e9, -3.0, 0.9, 60.0, 1e9))}
-        ).encode()
+        shift = random.choice((-1e9, -3.0, 0.9, 60.0, 1e9))
+        yield json.dumps(row | {"time": row["time"] + shift}).encode()
     elif kind == 6:  # size
         place = random.randrange(len(line))
         yield random.choice((line[:place], line * 2, line + b" " * 20_000, line[place:] + line))

@@ -12,7 +12,7 @@ from hydrodamp.errors import GapWarning
 from hydrodamp.live import estimator, readers, sources
 from hydrodamp.live.readers import BoundedQueue
 from hydrodamp.live.samples import rows_of
-from live.conftest import MODEL, run_live
+from live.conftest import MODEL
 
 
 def batch(vehicle, log, method):
@@ -25,9 +25,8 @@ def from_log(log, _):
 
 def from_text(path):
     with path.open("rb") as stream:
-        yield from BoundedQueue(blocks_when_full=True).start_reader(
-            readers.line_reader(stream.fileno())
-        )
+        reader = readers.line_reader(stream.fileno())
+        yield from BoundedQueue(blocks_when_full=True).start_reader(reader)
 
 
 def from_json_lines(log, folder):
@@ -55,9 +54,9 @@ def from_datagrams(log, _):
 @pytest.mark.slow
 @pytest.mark.parametrize("source", [from_log, from_json_lines, from_csv, from_datagrams])
 @pytest.mark.parametrize("method", estimator.METHODS)
-def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
+def test_live_is_the_batch_fit_bit_for_bit(dive, run, method, source, tmp_path):
     vehicle, log = dive
-    record = run_live(source(log, tmp_path), vehicle, method)
+    record = run(source(log, tmp_path), method=method)
     fit = batch(vehicle, log, method)
     assert record.coefficients == fit.damping.coefficients.tolist()
     assert record.counts == {"taken": log.n, "first": 1, "joined": 3}
@@ -66,15 +65,14 @@ def test_live_is_the_batch_fit_bit_for_bit(dive, method, source, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["ai-composite", "rls"])
 def test_standard_errors_are_those_of_the_batch_fit(dive, reference, method):
-    vehicle, log = dive
     line = reference[method].lines[-1]
     errors = [one["standard_error"] for one in line["coefficients"].values()]
-    wanted = np.sqrt(batch(vehicle, log, method).damping.covariance.diagonal())
+    wanted = np.sqrt(batch(*dive, method).damping.covariance.diagonal())
     np.testing.assert_allclose(errors, wanted, rtol=1e-12)
 
 
 @pytest.mark.slow
-def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
+def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive, run):
     vehicle, log = dive
     rows = [*itertools.islice(rows_of(log), 400)]
     rows = [*rows[:150], *rows[180:250], rows[250] | {"u": float("nan")}, *rows[251:]]
@@ -87,13 +85,12 @@ def test_gaps_and_missing_values_begin_runs_as_in_a_log(dive):
             commands={name: [row[name] for row in rows] for name in log.command_names},
         )
     assert len(whole.segments) == 3
-    record = run_live(rows, vehicle)
+    record = run(rows)
     assert record.coefficients == batch(vehicle, whole, "rls").damping.coefficients.tolist()
     assert record.counts == {"taken": 369, "first": 1, "gap": 1, "incomplete": 1, "again": 1}
 
 
 @pytest.mark.slow
-def test_a_line_each_second_of_samples(dive):
-    vehicle, log = dive
-    record = run_live(itertools.islice(rows_of(log), 101), vehicle, output_interval=1.0)
+def test_a_line_each_second_of_samples(rows, run):
+    record = run(rows[:101], output_interval=1.0)
     assert [line["time"] for line in record.lines] == [*map(float, range(1, 11)), 10.0]

@@ -1,6 +1,5 @@
 """What Foxglove is sent, as a client of its own protocol receives it."""
 
-import itertools
 import json
 import struct
 from contextlib import suppress
@@ -9,8 +8,6 @@ import pytest
 
 from hydrodamp.errors import ProblemError
 from hydrodamp.live import display
-from hydrodamp.live.samples import rows_of
-from live.conftest import run_live
 
 pytest.importorskip("foxglove")
 client = pytest.importorskip("websockets.sync.client")
@@ -42,9 +39,8 @@ def shown():
     one.close()
 
 
-def test_estimates_and_sentences_are_shown(dive, shown):
-    vehicle, log = dive
-    lines = run_live(itertools.islice(rows_of(log), 101), vehicle, output_interval=1.0).lines
+def test_estimates_and_sentences_are_shown(rows, run, shown):
+    lines = run(rows[:101], output_interval=1.0).lines
     with client.connect(shown.address, subprotocols=["foxglove.sdk.v1"]) as connection:
         assert json.loads(connection.recv(timeout=5))["op"] == "serverInfo"
         following = hears(connection, shown)
@@ -65,10 +61,8 @@ def test_estimates_and_sentences_are_shown(dive, shown):
         assert b"a run begins anew." in payload
 
 
-def test_the_layout_shows_what_is_sent(dive, shown):
-    vehicle, log = dive
-    (line,) = run_live(itertools.islice(rows_of(log), 11), vehicle).lines[-1:]
-    sent = {**line, **{axis: [] for axis in "XYZKMN"}}
+def test_the_layout_shows_what_is_sent(rows, run):
+    sent = {**run(rows[:11]).lines[-1], **{axis: [] for axis in "XYZKMN"}}
     layout = json.loads(display.LAYOUT.read_text())
     panels = layout["configById"]
     paths = [one["value"] for panel in panels.values() for one in panel.get("paths", ())]

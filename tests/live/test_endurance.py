@@ -8,13 +8,11 @@ import pytest
 
 from hydrodamp.live.samples import rows_of
 from hydrodamp.simulation.campaign.reenact import CampaignSetup, Motion
-from live.conftest import run_live
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow(dive):
-    vehicle, log = dive
-    row, tops = next(iter(rows_of(log))), []
+def test_memory_does_not_grow(rows, run):
+    row, tops = rows[0], []
 
     def endless():
         for k in range(3000):
@@ -24,7 +22,7 @@ def test_memory_does_not_grow(dive):
             yield {**row, "time": 0.1 * k, "u": 2.0 + 0.1 * (k % 7), "r": 0.01 * (k % 5)}
 
     tracemalloc.start()
-    run_live(endless(), vehicle)
+    run(endless())
     tracemalloc.stop()
     assert tops[2] - tops[1] < 20_000
 
@@ -43,12 +41,11 @@ def straight(row, seconds, after):
 
 
 @pytest.mark.slow
-def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive):
-    vehicle, log = dive
-    rows = [*rows_of(log)]
-    before = run_live(rows, vehicle).lines[-1]["coefficients"]
+def test_a_straight_course_moves_no_estimate_out_of_its_interval(dive, run):
+    rows = [*rows_of(dive[1])]
+    before = run(rows).lines[-1]["coefficients"]
     line = straight(rows[0], 600, rows[-1]["time"] + 100.0)
-    after = run_live([*rows, *line], vehicle).lines[-1]["coefficients"]
+    after = run([*rows, *line]).lines[-1]["coefficients"]
     for label, one in before.items():
         moved = abs(after[label]["value"] - one["value"])
         assert moved < 2 * after[label]["standard_error"], label

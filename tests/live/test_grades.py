@@ -13,9 +13,8 @@ WORDS = [grade.word for grade in Grade]
 
 
 @pytest.fixture(scope="module")
-def line(dive):
-    vehicle, log = dive
-    return run_live(rows_of(log), vehicle).lines[-1]
+def line(reference):
+    return reference["rls"].lines[-1]
 
 
 @pytest.mark.slow
@@ -39,18 +38,15 @@ def test_nothing_is_determined_that_identify_does_not_determine(seed):
     assert sum(apart) <= 0.5 * len(apart)
 
 
-def test_nothing_is_determined_after_two_seconds(dive):
-    vehicle, log = dive
-    early = run_live([*rows_of(log)][:21], vehicle).lines[-1]
+def test_nothing_is_determined_after_two_seconds(rows, run):
+    early = run(rows[:21]).lines[-1]
     assert {one["grade"] for one in early["coefficients"].values()} <= {"weak", "not determined"}
 
 
 def test_a_change_is_a_warning_of_the_diagnostics(line):
     assert not diagnostic_status(line)[0]
-    change = {"time": 90.0, "since": 80.0, "axes": ["X"]}
-    is_warning, message, values = diagnostic_status(
-        line | {"alarm": line["alarm"] | {"last": change}}
-    )
+    alarm = line["alarm"] | {"last": {"time": 90.0, "since": 80.0, "axes": ["X"]}}
+    is_warning, message, values = diagnostic_status(line | {"alarm": alarm})
     assert is_warning
     assert message.startswith("the vehicle has changed at about 80 s on X")
     assert values["determined"] in message

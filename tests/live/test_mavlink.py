@@ -11,8 +11,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.live import estimator
-from hydrodamp.live.sources import open_source
-from live.conftest import MODEL, run_live
+from live.conftest import MODEL, open_stream
 
 pytest.importorskip("pymavlink")
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "onboard"
@@ -48,35 +47,31 @@ def rows_of(source, port, packets):
 
 
 @pytest.mark.slow
-def test_what_is_sent_is_identified_as_from_its_log(dive, sent, tmp_path):
-    vehicle, _ = dive
+def test_what_is_sent_is_identified_as_from_its_log(dive, run, sent, tmp_path):
     path = tmp_path / "dive.tlog"
     path.write_bytes(b"".join(round(1e6 * (START + at)).to_bytes(8) + one for at, one in sent))
     with pytest.warns(GapWarning):
         log = hd.read_log(path, MAPPING)
     batch = hd.RecursiveLeastSquares(typical_velocity=estimator.TYPICAL_VELOCITY).identify(
-        hd.prepare(vehicle, log, MODEL), MODEL
+        hd.prepare(dive[0], log, MODEL), MODEL
     )
     messages = []
-    where = "mavlink://127.0.0.1:0"
-    source = open_source(
-        where, MAPPING, allow_remote=False, real_time=False, on_message=messages.append
-    )
+    source = open_stream("mavlink://127.0.0.1:0", MAPPING, messages.append)
     port = int(messages[0].rpartition(" ")[2])
     rows = rows_of(source, port, [packet for _, packet in sent])
-    record = run_live(rows, vehicle, source_counts=source.counts)
+    record = run(rows, source_counts=source.counts)
     assert record.coefficients == batch.damping.coefficients.tolist()
     assert record.counts == {"taken": log.n, "first": 1, "gap": 3}
 
 
-def test_an_address_says_whom_to_listen_to(sent):
-    with pytest.raises(ProblemError, match="needs `--mapping`"):
-        open_source("mavlink://:0", None, allow_remote=False, real_time=False, on_message=print)
-    with pytest.raises(ProblemError, match="`system` of"):
-        open_source(
-            "mavlink://:0?system=x", MAPPING, allow_remote=False, real_time=False, on_message=print
-        )
-    with pytest.raises(ProblemError, match="--allow-remote"):
-        open_source(
-            "mavlink://0.0.0.0:0", MAPPING, allow_remote=False, real_time=False, on_message=print
-        )
+@pytest.mark.parametrize(
+    ("address", "mapping", "words"),
+    [
+        ("mavlink://:0", None, "needs `--mapping`"),
+        ("mavlink://:0?system=x", MAPPING, "`system` of"),
+        ("mavlink://0.0.0.0:0", MAPPING, "--allow-remote"),
+    ],
+)
+def test_an_address_says_whom_to_listen_to(address, mapping, words):
+    with pytest.raises(ProblemError, match=words):
+        open_stream(address, mapping)

@@ -14,8 +14,8 @@ from hydrodamp.ingest.mapping import read_mapping
 from hydrodamp.live.readers import MAX_DATAGRAM_SIZE, LineParser, packet_parser, parse_datagram
 from hydrodamp.live.sample_validator import REJECTED, RESTARTS
 from hydrodamp.live.synchroniser import MessageSynchroniser, stream_mapping
-from live.conftest import angles, run_live, wrench
-from live.row_mutator import CHANGES, mutated, poisoned, rows
+from live.conftest import angles, wrench
+from live.row_mutator import CHANGES, endless_rows, mutated, poisoned
 
 MODEL = hd.catalog["linear"]
 
@@ -26,15 +26,15 @@ def lines():
 
 
 @pytest.mark.slow
-def test_mutated_rows_end_no_run(dive, lines, tmp_path):
+def test_mutated_rows_end_no_run(run, lines, tmp_path):
     """By turns lines of standard input and datagrams."""
     path, read = tmp_path / "state.json", LineParser()
     parts = [[read(x)] if k % 2 else parse_datagram(x) for k, x in enumerate(lines)]
     samples = [row for part in parts for row in part if row is not None]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        record = run_live(samples, dive[0], checkpoint_path=path)
-    clean = run_live(islice(rows(), 18_000), dive[0])
+        record = run(samples, checkpoint_path=path)
+    clean = run(islice(endless_rows(), 18_000))
     counts = record.counts
     assert sum(n for kind, n in counts.items() if kind not in RESTARTS) == len(samples)
     kinds = {"unreadable", "incomplete", "absurd", "late", "spike"}
@@ -73,19 +73,19 @@ POISONED = [
 
 
 @pytest.fixture(scope="module")
-def clean(dive):
+def clean(run):
     """Rows of each form and the record of a run over them."""
-    samples = [*islice(rows(), 1000)]
+    samples = [*islice(endless_rows(), 1000)]
     forms = {name: [*map(form, samples)] for name, form in FORMS.items()}
-    return {name: (each, run_live(each, dive[0], model=MODEL)) for name, each in forms.items()}
+    return {name: (each, run(each, model=MODEL)) for name, each in forms.items()}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("form", "kind"), POISONED)
 @pytest.mark.parametrize("n", [1, 300])
-def test_no_poisoned_row_moves_an_estimate_silently(dive, clean, form, kind, n):
+def test_no_poisoned_row_moves_an_estimate_silently(run, clean, form, kind, n):
     full, expected = clean[form]
-    record = run_live(poisoned(full, kind, n, Random(kind)), dive[0], model=MODEL)
+    record = run(poisoned(full, kind, n, Random(kind)), model=MODEL)
     number = {each: record.counts.get(each, 0) for each in (*REJECTED, *RESTARTS)}
     if any(count > expected.counts.get(each, 0) for each, count in number.items()):
         return

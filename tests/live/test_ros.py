@@ -14,9 +14,9 @@ from hydrodamp.data.attitude import quaternion_product
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import GapWarning, ProblemError
 from hydrodamp.ingest.formats.rosbag import deserialize_columns
-from hydrodamp.live import estimator, sources
+from hydrodamp.live import estimator
 from hydrodamp.live.readers import message_fields, subscribe_new_topics
-from live.conftest import MODEL, run_live
+from live.conftest import MODEL, open_stream
 
 MAPPING = """
 extends: rep103-odometry
@@ -78,9 +78,7 @@ def test_only_wanted_topics_are_subscribed_each_once():
 def test_without_ros_a_sentence_says_so(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rclpy", None)
     with pytest.raises(ProblemError, match="source the setup file"):
-        sources.open_source(
-            "ros2", "rep103-odometry", allow_remote=False, real_time=False, on_message=print
-        )
+        open_stream("ros2", "rep103-odometry")
 
 
 def odometry(log):
@@ -99,10 +97,9 @@ def odometry(log):
             quaternion, twist = pose.pose.pose.orientation, pose.twist.twist
             for name, value in zip("wxyz", turned[k].tolist(), strict=True):
                 setattr(quaternion, name, value)
-            for name, value in zip("xyz", moves[k, :3].tolist(), strict=True):
-                setattr(twist.linear, name, value)
-            for name, value in zip("xyz", moves[k, 3:].tolist(), strict=True):
-                setattr(twist.angular, name, value)
+            for part, values in ((twist.linear, moves[k, :3]), (twist.angular, moves[k, 3:])):
+                for name, value in zip("xyz", values.tolist(), strict=True):
+                    setattr(part, name, value)
             for topic, message in (("/fins", fins), ("/odom", pose)):
                 stamp = message.header.stamp
                 stamp.sec, stamp.nanosec = divmod(nanoseconds, 10**9)
@@ -111,22 +108,16 @@ def odometry(log):
 
 
 def recorded(messages):
-    rows: dict[str, list[dict[str, float]]] = {"/fins": [], "/odom": []}
-    for name, message in messages:
-        rows[name].append(message_fields(message))
-    topics = (
-        Topic(
-            name,
-            np.arange(float(len(those))),
-            {key: [one[key] for one in those] for key in those[0]},
-        )
-        for name, those in rows.items()
-    )
+    topics = []
+    for name in ("/fins", "/odom"):
+        rows = [message_fields(message) for topic, message in messages if topic == name]
+        columns = {key: [row[key] for row in rows] for key in rows[0]}
+        topics.append(Topic(name, np.arange(float(len(rows))), columns))
     return Recording(tuple(topics), "dive", "ROS 2 bag")
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of what rclpy imports
-def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
+def test_two_thousand_messages_in_order_are_the_batch_fit(dive, run, tmp_path):
     rclpy = pytest.importorskip("rclpy")
     vehicle, log = dive
     path = tmp_path / "mapping.yaml"
@@ -135,9 +126,7 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     rclpy.init()
     node = rclpy.create_node("vehicle")
     out = {name: node.create_publisher(type(one), name, 5000) for name, one in messages[:2]}
-    source = sources.open_source(
-        "ros2", path, allow_remote=False, real_time=False, on_message=print
-    )
+    source = open_stream("ros2", path)
 
     def send():
         while any(one.get_subscription_count() < 1 for one in out.values()):
@@ -149,11 +138,8 @@ def test_two_thousand_messages_in_order_are_the_batch_fit(dive, tmp_path):
     sender = threading.Thread(target=send)
     sender.start()
     rows = iter(source.rows)
-    record = run_live(
-        iter(lambda: next(rows) if sender.is_alive() else next(rows) or 0, 0),
-        vehicle,
-        source_counts=source.counts,
-    )
+    received = iter(lambda: next(rows) if sender.is_alive() else next(rows) or 0, 0)
+    record = run(received, source_counts=source.counts)
     source.close()
     node.destroy_node()
     rclpy.shutdown()

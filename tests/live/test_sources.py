@@ -9,14 +9,12 @@ import pytest
 from hydrodamp.live import readers, sources
 from hydrodamp.live.readers import BoundedQueue, SourceError
 from hydrodamp.live.samples import rows_of
-from hydrodamp.live.sources import open_source
+from live.conftest import open_stream
 
 
 def listening():
     sentences = []
-    source = open_source(
-        "udp://127.0.0.1:0", None, allow_remote=False, real_time=False, on_message=sentences.append
-    )
+    source = open_stream("udp://127.0.0.1:0", on_message=sentences.append)
     return source, int(sentences[0].rpartition(" ")[2])
 
 

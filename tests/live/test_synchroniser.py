@@ -27,34 +27,23 @@ def messages(until=20.0, start=100.0):
         if k % 4 == 1:
             moves = dict(zip(("vx", "vy", "vz"), random.normal(size=3).tolist(), strict=True))
             yield Message("/nortek", at, {"stamp": at, "valid": float(k % 3 > 0), **moves})
-        turn = 0.1 * at
-        q = [0.0, 0.0, math.sin(turn), math.cos(turn)]
-        yield Message(
-            "imu", at, {"stamp": at, "rate": 0.2, **{f"q[{i}]": part for i, part in enumerate(q)}}
-        )
+        q = {"q[0]": 0.0, "q[1]": 0.0, "q[2]": math.sin(0.1 * at), "q[3]": math.cos(0.1 * at)}
+        yield Message("imu", at, {"stamp": at, "rate": 0.2, **q})
 
 
 def recorded(stream):
-    topics = {name: [one for one in stream if one.topic == name] for name, *_ in stream}
-    return Recording(
-        tuple(
-            Topic(
-                name,
-                [one.received for one in those],
-                {field: [one.fields[field] for one in those] for field in those[0].fields},
-            )
-            for name, those in topics.items()
-        ),
-        "dive",
-        "example",
-    )
+    topics = []
+    for name in dict.fromkeys(one.topic for one in stream):
+        those = [one for one in stream if one.topic == name]
+        fields = {field: [one.fields[field] for one in those] for field in those[0].fields}
+        topics.append(Topic(name, [one.received for one in those], fields))
+    return Recording(tuple(topics), "dive", "example")
 
 
 def synchronise(stream, mapping=MAPPING):
     reports = []
-    synchroniser = MessageSynchroniser(
-        stream_mapping(LogMapping.from_dict(mapping), reports.append), reports.append
-    )
+    live = stream_mapping(LogMapping.from_dict(mapping), reports.append)
+    synchroniser = MessageSynchroniser(live, reports.append)
     return [*synchroniser.synchronise(stream)], reports, synchroniser
 
 
