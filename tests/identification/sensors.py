@@ -38,11 +38,9 @@ def sample(log, name, kind, series, period, std, seed=0, components=None, **sett
 def without(log, *names, measurements=()):
     """Return a log without some velocities, with measurements."""
     remaining = tuple(name for name in log.velocity_names if name not in names)
-    velocity = log.velocity.copy()
-    velocity[:, ["uvwpqr".index(name) for name in names]] = 0.0
-    return replace(
-        log, velocity=velocity, velocity_names=remaining, measurements=tuple(measurements)
-    )
+    velocity = log.velocity * [name not in names for name in "uvwpqr"]
+    more = {"velocity_names": remaining, "measurements": tuple(measurements)}
+    return replace(log, velocity=velocity, **more)
 
 
 def euler_angles(log):

@@ -65,15 +65,8 @@ COMMANDS = {"m1": (-1.0, 1.0), "m2": (-1.0, 1.0)}
 def test_curves_of_thrusters_with_unknown_gain_are_recovered(tmp_path):
     log = record(boat(*TRUTH), MODEL, VALUES, COMMANDS)
     fit = identify(boat(), log, MODEL, "thrust-curve")
-    truth = {
-        f"{name}_{each.command}": value
-        for each in TRUTH
-        for name, value in (
-            ("reverse", each.reverse_ratio),
-            ("exponent", each.exponent),
-            ("dead_band", each.dead_band),
-        )
-    }
+    names = {"reverse": "reverse_ratio", "exponent": "exponent", "dead_band": "dead_band"}
+    truth = {f"{k}_{each.command}": getattr(each, v) for each in TRUTH for k, v in names.items()}
     assert_recovered(fit, truth)
     assert any("exponent of `m1`: 1.6" in remark for remark in fit.remarks)
     write_vehicle(fit.vehicle, tmp_path / "boat.yaml")
@@ -126,13 +119,7 @@ def test_commands_that_act_with_a_velocity_alone_are_fins():
     ranges = {"rpm": (-1.0, 1.0), "rudder": (-0.5, 0.5), "port": (0.0, 1.0), "table": (0.0, 1.0)}
     port = hd.Thruster("port", (0, -1, 0), (1, 0, 0), gain=1.0)
     table = hd.Thruster("table", (0, -1, 0), (1, 0, 0), curve=((0, 0), (1, 1)))
-    values = {
-        "X_rpm*|rpm|": 1,
-        "X_u*|rpm|": 0,
-        "X_u|u|*rudder^2": -9,
-        "N_u|u|*rudder": 0.1,
-        "N_rpm*rudder": 0,
-    }
+    values = dict(zip(model.labels, (1, 0, -9, 0.1, 0), strict=True))
     log = record(boat(), model, values, ranges, n=50)
     problem = hd.prepare(boat(port, table), log, model)
     assert driving_commands(problem, model) == (["rpm", "port"], ["rudder"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.conditioning.interpolation import set_interpolation as public_set_interpolation
+from hydrodamp.conditioning.interpolation import set_interpolation
 from hydrodamp.errors import LogError, MethodError
 from hydrodamp.identification.command_response import (
     estimate_command_response,
@@ -84,14 +84,11 @@ def test_a_held_wrench_leads_by_half_a_step_unless_set(vehicle, log):
     recorded = replace(log, wrench=known, commands=np.zeros((log.n, 0)), command_names=())
     rows = WeakRegression(support=1.0)
     expected = rows.rows(problem).target
-    difference = {
-        name: np.linalg.norm(rows.rows(hd.prepare(vehicle, each, LINEAR)).target - expected)
-        for name, each in {
-            "linear": recorded,
-            "held": public_set_interpolation(recorded, wrench="held"),
-        }.items()
-    }
-    assert difference["held"] < 0.2 * difference["linear"]
+    linear, held = (
+        np.linalg.norm(rows.rows(hd.prepare(vehicle, each, LINEAR)).target - expected)
+        for each in (recorded, set_interpolation(recorded, wrench="held"))
+    )
+    assert held < 0.2 * linear
     model = hd.catalog["prestero"]
     (remark,) = interpolation_remarks(hd.prepare(vehicle, recorded, model), model)
     assert "set_interpolation: {wrench: held}" in remark
@@ -103,7 +100,7 @@ def test_faults_of_the_settings(vehicle, log):
     with pytest.raises(MethodError, match="lag, delay or both"):
         estimate_command_response(problem, LINEAR, ("gain",))
     with pytest.raises(LogError, match="held or linear"):
-        public_set_interpolation(log, wrench="spline")
+        set_interpolation(log, wrench="spline")
     silent = replace(log, commands=np.zeros((log.n, 0)), command_names=(), wrench=log.velocity)
     with pytest.raises(MethodError, match="uses a command"):
         estimate_command_response(hd.prepare(vehicle, silent, LINEAR), LINEAR)

@@ -75,11 +75,8 @@ def test_the_core_takes_the_steps_of_a_numpy_loop(driven, discrete_log, true_dam
             middle = np.linalg.solve(lhs, 2.0 / h * mass @ error + x @ matrix - y)
             error = 2.0 * middle - error
             share = law.rate * h / (1.0 + law.rate * h)
-            terms, right, elapsed = (
-                terms + share * (x - terms),
-                right + share * (y - right),
-                elapsed + h,
-            )
+            terms, right = terms + share * (x - terms), right + share * (y - right)
+            elapsed += h
             is_end = elapsed + h / 2 >= law.block
             for i, u in enumerate(unit):
                 matrix[rows[i], i] -= h * gain[i] * middle[i]

@@ -16,13 +16,8 @@ PUSHED = hd.DampingModel.from_table({"X": "u push"}, key="pushed")
 
 
 def problem_of(vehicle, time, velocity, segment=None):
-    log = hd.Log.from_arrays(
-        time,
-        velocity,
-        wrench=np.zeros((len(time), 6)),
-        segment=segment,
-        attitude=np.zeros((len(time), 3)),
-    )
+    still = {"wrench": np.zeros((len(time), 6)), "attitude": np.zeros((len(time), 3))}
+    log = hd.Log.from_arrays(time, velocity, segment=segment, **still)
     return hd.prepare(vehicle, log, LINEAR)
 
 
@@ -40,9 +35,8 @@ def cubic(time):
 
 def test_savitzky_golay_is_exact_on_its_own_polynomials_on_any_clock(vehicle, irregular):
     velocity, slope = (values / 100 for values in cubic(irregular))
-    estimate = hd.SavitzkyGolay(window=1.5, order=3).acceleration(
-        problem_of(vehicle, irregular, velocity)
-    )
+    problem = problem_of(vehicle, irregular, velocity)
+    estimate = hd.SavitzkyGolay(window=1.5, order=3).acceleration(problem)
     np.testing.assert_allclose(estimate, slope, rtol=1e-9, atol=1e-8)
 
 

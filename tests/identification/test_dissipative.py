@@ -48,12 +48,10 @@ def pushing(exact_log):
     return build
 
 
-def nearest(damping, box, root=None):
-    """Return the nearest coefficients that dissipate, by default in the plain norm."""
-    root = np.eye(damping.model.n_coefficients) if root is None else root
-    return dissipative.project_dissipative(
-        PowerRegressor(damping.model), box, root, damping.coefficients
-    )[0]
+def nearest(damping, box):
+    """Return the nearest coefficients that dissipate, in the plain norm."""
+    power, root = PowerRegressor(damping.model), np.eye(damping.model.n_coefficients)
+    return dissipative.project_dissipative(power, box, root, damping.coefficients)[0]
 
 
 @pytest.mark.slow
@@ -70,10 +68,8 @@ def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "box"),
-    [
-        *((key, UNDER_WAY) for key in ("mcfarland-whitcomb", "coe", "prestero", "gertler-hagen")),
-        ("fossen", HOVERING),
-    ],
+    [(key, UNDER_WAY) for key in ("mcfarland-whitcomb", "coe", "prestero", "gertler-hagen")]
+    + [("fossen", HOVERING)],
 )
 def test_no_velocity_of_the_box_pushes(key, box, true_damping):
     damping = true_damping(hd.catalog[key])
@@ -108,19 +104,14 @@ def test_the_rounds_can_run_out(vehicle, pushing, monkeypatch):
 
 @pytest.mark.slow
 def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
-    truth = drag(PRESTERO)
-    log = exact_log(replace(truth, coefficients=truth.coefficients), forward=3.0, n=900)
-    rng = np.random.default_rng(1)
-    problem = hd.prepare(
-        vehicle, replace(log, wrench=log.wrench + rng.normal(0, 0.3, log.wrench.shape)), PRESTERO
-    )
+    log = exact_log(drag(PRESTERO), forward=3.0, n=900)
+    noise = np.random.default_rng(1).normal(0, 0.3, log.wrench.shape)
+    problem = hd.prepare(vehicle, replace(log, wrench=log.wrench + noise), PRESTERO)
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, PRESTERO)
     fit = hd.Dissipative(EXACT).identify(problem, PRESTERO)
     assert max_damping_power(plain.damping, operating_box(problem)).power < 0
-    size = np.abs(plain.damping.coefficients).max()
-    np.testing.assert_allclose(
-        fit.damping.coefficients, plain.damping.coefficients, atol=1e-4 * size
-    )
+    found, expected = (each.damping.coefficients for each in (fit, plain))
+    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
     assert "The constraint is inactive" in fit.remarks[0]
 
 
@@ -128,10 +119,8 @@ def test_what_dissipates_already_is_least_squares(vehicle, exact_log):
 def test_the_price_is_the_growth_of_the_residual(vehicle, pushing):
     """By hand, from the rows: root mean square over axes of the growth of each."""
     problem = pushing(vehicle)
-    noisy = replace(
-        problem.inputs,
-        wrench=problem.inputs.wrench + np.random.default_rng(0).normal(size=(900, 6)),
-    )
+    noise = np.random.default_rng(0).normal(size=(900, 6))
+    noisy = replace(problem.inputs, wrench=problem.inputs.wrench + noise)
     problem = replace(problem, inputs=noisy)
     rows, box = EXACT.rows(problem), operating_box(problem)
     plain = hd.LeastSquares(hd.RecordedAcceleration()).identify(problem, LINEAR)
@@ -161,11 +150,9 @@ def test_what_was_checked_and_left_free_is_said(vehicle, pushing):
 
 def test_a_gain_stays_free(vehicle, exact_log):
     """A rudder that pushes is no damping."""
-    truth = drag(LINEAR)
-    log = exact_log(truth, forward=3.0, n=900)
+    log = exact_log(drag(LINEAR), forward=3.0, n=900)
     rudder = 0.3 * np.sign(np.sin(log.time))
-    wrench = log.wrench.copy()
-    wrench[:, 5] -= 9.2 * rudder * log.velocity[:, 0] ** 2
+    wrench = log.wrench - np.outer(9.2 * rudder * log.velocity[:, 0] ** 2, np.eye(6)[5])
     log = replace(log, wrench=wrench, command_names=("rudder",), commands=rudder[:, None])
     model = LINEAR.with_terms({"N": "u^2*rudder", "Z": "1 down_z"})
     fit = hd.Dissipative(EXACT).identify(hd.prepare(vehicle, log, model), model)

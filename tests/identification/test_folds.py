@@ -10,15 +10,10 @@ from hydrodamp.identification.regression import Rows
 
 def rows_of(*lengths, step=0.1):
     """Random rows of segments of some lengths."""
-    rng = np.random.default_rng(sum(lengths))
-    n = sum(lengths)
-    return Rows(
-        Basis((hd.Term.parse("u"), hd.Term.parse("v"))),
-        rng.normal(size=(n, 2)),
-        rng.normal(size=(n, 6)),
-        np.repeat(np.arange(len(lengths)), lengths),
-        np.concatenate([np.arange(length) * step for length in lengths]),
-    )
+    n, basis = sum(lengths), Basis((hd.Term.parse("u"), hd.Term.parse("v")))
+    rng, segment = np.random.default_rng(n), np.repeat(np.arange(len(lengths)), lengths)
+    time = np.concatenate([np.arange(length) * step for length in lengths])
+    return Rows(basis, rng.normal(size=(n, 2)), rng.normal(size=(n, 6)), segment, time)
 
 
 def test_a_fold_is_a_segment_where_there_are_several():

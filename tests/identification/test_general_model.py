@@ -9,6 +9,7 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.identification.general_model import add_inputs
+from value_changes import set_values
 
 
 @pytest.fixture(scope="module", name="bare")
@@ -37,10 +38,10 @@ def test_a_wrench_has_a_gain_by_axis_and_commands_have_none(campaign, bare):
 
 def test_a_command_that_only_changes_its_sign_or_not_at_all_leaves_the_drag(campaign, bare):
     log = campaign.train
-    commands = log.commands.copy()
-    commands[:, log.command_names.index("rudder")] = np.where(log.velocity[:, 5] > 0.0, 0.1, -0.1)
-    commands[:, log.command_names.index("rpm")] = 1500.0
-    labels = hd.general_model(bare, replace(log, commands=commands)).labels
+    rudder, rpm = map(log.command_names.index, ("rudder", "rpm"))
+    signs = np.where(log.velocity[:, 5] > 0.0, 0.1, -0.1)
+    held = set_values(log, "commands", (np.s_[:, rudder], signs), (np.s_[:, rpm], 1500.0))
+    labels = hd.general_model(bare, held).labels
     assert "X_u|u|" in labels
     assert not any("rpm" in label for label in labels)
 

@@ -96,11 +96,8 @@ def test_without_standard_errors_the_log_alone_says(problem, fit, by_log):
 
 @pytest.mark.slow
 def test_the_worse_holds(problem, fit, by_log):
-    known = fit.uncertainty
-    half, seen = (
-        known.critical_value() * known.standard_errors,
-        analyse_excitation(problem, PRESTERO),
-    )
+    known, seen = fit.uncertainty, analyse_excitation(problem, PRESTERO)
+    half = known.critical_value() * known.standard_errors
     by_fit = grade_by_excitation(seen, half, fit.damping.coefficients).grades
     worse = {k: max(by_log.grades[k], by_fit[k], key=ORDER.index) for k in by_log.grades}
     found = grade_fit(problem, fit)
@@ -122,8 +119,7 @@ def replayed():
 
 def judge_form(*missing):
     """Return what score tests say of a form that lacks terms on these axes."""
-    statistics = {axis: 900.0 if axis in missing else 9.0 for axis in "XYZKMN"}
-    tests = {k: ScoreTest(v, 10, 2000) for k, v in statistics.items()}
+    tests = {k: ScoreTest(900.0 if k in missing else 9.0, 10, 2000) for k in "XYZKMN"}
     return Adequacy.judge(tests, dict.fromkeys(tests, 0.0), {})
 
 

@@ -129,11 +129,8 @@ def test_misfit_is_separate_from_noise():
 def test_the_reference_is_augmented_by_the_terms_of_the_model():
     rows = rows_of(seed=6)
     model = hd.DampingModel.from_table({"X": "u u|u|"}, key="two")
-    references = ("v r", "u u|u| v r")
-    result = [
-        uncertainty(rows, model, hd.DampingModel.from_table({"X": terms}, key="rich"))
-        for terms in references
-    ]
+    rich = [hd.DampingModel.from_table({"X": x}, key="rich") for x in ("v r", "u u|u| v r")]
+    result = [uncertainty(rows, model, each) for each in rich]
     np.testing.assert_allclose(result[0].noise, result[1].noise, rtol=1e-9)
 
 

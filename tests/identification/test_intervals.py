@@ -32,11 +32,8 @@ def test_noise_alone_keeps_the_degrees_of_freedom():
 
 def test_an_uncertainty_speaks():
     known = Uncertainty(np.diag([1.0, 4.0]), 5.0, "scores", block=10.0, n_blocks=4)
-    assert known.critical_value() == pytest.approx(
-        2.5706, abs=1e-4
-    )  # Student's t, 5 degrees of freedom
-    np.testing.assert_allclose(
-        known.interval([0.0, 1.0], 0.5)[1], 1.0 + 0.72669 * np.array([-2, 2]), atol=1e-4
-    )
+    assert known.critical_value() == pytest.approx(2.5706, abs=1e-4)  # Student's t, 5 degrees
+    half = known.interval([0.0, 1.0], 0.5)[1]
+    np.testing.assert_allclose(half, 1.0 + 0.72669 * np.array([-2, 2]), atol=1e-4)
     assert str(known).endswith("4 blocks of 10 s; intervals have 5 degrees of freedom.")
     assert str(Uncertainty(np.eye(1), 5.0, "a prior")) == "Standard errors are from a prior."

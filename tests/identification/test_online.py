@@ -9,20 +9,13 @@ from hydrodamp.errors import ProblemError
 
 @pytest.fixture
 def live():
-    vehicle, model = hd.fleet["vt690"], hd.catalog["gertler-hagen"]
-    rng = np.random.default_rng(3)
-    n = 40
-    log = hd.Log.from_arrays(
-        np.arange(n) / 10,
-        rng.normal(0, 0.1, (n, 6)) + np.array([1.5, 0, 0, 0, 0, 0]),
-        attitude=rng.normal(0, 0.1, (n, 3)),
-        commands={
-            "rudder": rng.normal(0, 0.1, n),
-            "elevator": rng.normal(0, 0.1, n),
-            "rpm": rng.uniform(1500, 2000, n),
-        },
-    )
-    return vehicle, model, log
+    rng, n = np.random.default_rng(3), 40
+    velocity = rng.normal(0, 0.1, (n, 6)) + np.array([1.5, 0, 0, 0, 0, 0])
+    attitude = rng.normal(0, 0.1, (n, 3))
+    commands = {name: rng.normal(0, 0.1, n) for name in ("rudder", "elevator")}
+    commands["rpm"] = rng.uniform(1500, 2000, n)
+    log = hd.Log.from_arrays(np.arange(n) / 10, velocity, attitude=attitude, commands=commands)
+    return hd.fleet["vt690"], hd.catalog["gertler-hagen"], log
 
 
 @pytest.mark.filterwarnings("ignore::hydrodamp.errors.PropulsionWarning")

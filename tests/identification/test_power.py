@@ -14,6 +14,7 @@ from hydrodamp.identification.dissipativity import (
     max_damping_power,
     operating_box,
 )
+from value_changes import set_values
 
 UNDER_WAY = OperatingBox([1, -0.5, -0.2, -0.1, -0.2, -0.4], [3, 0.5, 0.2, 0.1, 0.2, 0.4])
 LINEAR = hd.catalog["linear"]
@@ -60,9 +61,8 @@ def test_the_search_finds_what_dense_sampling_finds(true_damping):
 def test_the_export_searches_the_box_of_reports(vehicle, exact_log, true_damping, surge):
     """Not to rest where the vehicle was under way."""
     log = exact_log(true_damping(LINEAR))
-    velocity = log.velocity.copy()
-    velocity[:, 0] = np.linspace(*surge, log.n)
-    problem = hd.prepare(vehicle, replace(log, velocity=velocity), LINEAR)
+    log = set_values(log, "velocity", (np.s_[:, 0], np.linspace(*surge, log.n)))
+    problem = hd.prepare(vehicle, log, LINEAR)
     fit = hd.LeastSquares().identify(problem, LINEAR)
     box, exported = operating_box(problem), operating_box_of(fit)
     np.testing.assert_allclose(exported.low, box.low)
@@ -71,9 +71,9 @@ def test_the_export_searches_the_box_of_reports(vehicle, exact_log, true_damping
 
 @pytest.fixture
 def boxed(vehicle, exact_log, true_damping):
-    def build(forward):
+    def build(forward=0.0, **settings):
         log = exact_log(true_damping(LINEAR), forward=forward)
-        problem = hd.prepare(vehicle, log, LINEAR)
+        problem = hd.prepare(replace(vehicle, **settings), log, LINEAR)
         return problem, operating_box(problem)
 
     return build
@@ -82,13 +82,12 @@ def boxed(vehicle, exact_log, true_damping):
 def test_under_way_the_box_keeps_away_from_rest(boxed):
     problem, box = boxed(3.0)
     low, high = np.quantile(problem.inputs.velocity[:, 0], [0.01, 0.99])
-    assert box.low[0] == pytest.approx(low / 1.25)
-    assert box.high[0] == pytest.approx(1.25 * high)
+    assert (box.low[0], box.high[0]) == pytest.approx((low / 1.25, 1.25 * high))
     assert box.min_abs[0] == box.low[0] > 0.0
 
 
 def test_a_hovering_vehicle_has_a_box_around_rest(boxed):
-    _, box = boxed(0.0)
+    _, box = boxed()
     np.testing.assert_array_equal(box.low, -box.high)
     assert not box.min_abs.any()
 
@@ -100,17 +99,15 @@ def test_astern_is_under_way_too(boxed):
     assert box.max_abs[0] == -box.low[0]
 
 
-def test_an_outlier_does_not_set_the_box(vehicle, exact_log, true_damping, boxed):
+def test_an_outlier_does_not_set_the_box(vehicle, boxed):
     problem, box = boxed(3.0)
-    velocity = problem.log.velocity.copy()
-    velocity[100] += 4.5  # m/s, rad/s; less than 5 g in 0.1 s
-    log = replace(problem.log, velocity=velocity)
+    outlier = 100, lambda velocity: velocity + 4.5  # m/s, rad/s; less than 5 g in 0.1 s
+    log = set_values(problem.log, "velocity", outlier)
     other = operating_box(hd.prepare(vehicle, log, LINEAR))
     np.testing.assert_allclose(other.max_abs, box.max_abs, rtol=0.05)
 
 
-def test_locked_velocities_have_no_interval(vehicle, exact_log, true_damping):
-    planar = replace(vehicle, axes=("X", "Y", "N"))
-    box = operating_box(hd.prepare(planar, exact_log(true_damping(LINEAR)), LINEAR))
+def test_locked_velocities_have_no_interval(boxed):
+    _, box = boxed(axes=("X", "Y", "N"))
     np.testing.assert_array_equal(box.max_abs > 0, [True, True, False, False, False, True])
     assert "w" not in str(box)

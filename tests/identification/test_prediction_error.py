@@ -112,9 +112,8 @@ def test_the_objective_of_the_innovations_is_their_likelihood(objective, truth, 
 @pytest.mark.slow
 def test_the_estimate_is_efficient_where_an_autopilot_answers_pushes(pushed, objective, truth):
     """Cramer-Rao: the squared errors over their variances have a mean of one."""
-    noise = Noise(
-        PUSH, sensor_noise(pushed), np.full(6, 1e-6), TAU, objective.problem.inputs.time[1]
-    )
+    sensor, step = sensor_noise(pushed), objective.problem.inputs.time[1]
+    noise = Noise(PUSH, sensor, np.full(6, 1e-6), TAU, step)
     windows = objective.windows(np.inf)
     innovations, _, slopes = filter_windows(windows, truth, noise, windows.entries)
     _, slopes = project_states(windows, innovations, slopes)

@@ -16,11 +16,9 @@ from hydrodamp.kernels.core import coriolis
 STEP = 0.1
 MANOEUVRE, HOUR = 3_000, 36_000
 NOISE = np.array([0.01, 0.01, 0.01, 0.003, 0.003, 0.003])
-TRUTH = hd.Damping.from_dict(
-    None,
-    {"X_u": -4.0, "X_u|u|": -5.0, "Y_v": -60.0, "Y_v|v|": -80.0, "Y_ur": 20.0}
-    | {"N_uv": -15.0, "N_r": -30.0, "N_r|r|": -20.0},
-)
+COEFFICIENTS = {"X_u": -4.0, "X_u|u|": -5.0, "Y_v": -60.0, "Y_v|v|": -80.0, "Y_ur": 20.0}
+COEFFICIENTS |= {"N_uv": -15.0, "N_r": -30.0, "N_r|r|": -20.0}
+TRUTH = hd.Damping.from_dict(None, COEFFICIENTS)
 MODEL = TRUTH.model
 
 
@@ -33,13 +31,13 @@ def steered(rng, n):
     return swing * np.clip(np.minimum(time, time[::-1]) / 5.0, 0.0, 1.0)[:, None]
 
 
-def recorded(vehicle, velocity, rng, noise=1.0):
+def recorded(vehicle, velocity, rng):
     """A noisy log of a motion, with the wrench that makes it and half a newton of gusts."""
     time = np.arange(len(velocity)) * STEP
     wrench = np.gradient(velocity, time, axis=0) @ vehicle.mass_matrix
     wrench -= coriolis(vehicle.mass_matrix, velocity) + TRUTH.wrench(velocity)
-    wrench += noise * 0.5 * rng.standard_normal(wrench.shape)
-    velocity = velocity + noise * NOISE * rng.standard_normal(velocity.shape)
+    wrench += 0.5 * rng.standard_normal(wrench.shape)
+    velocity = velocity + NOISE * rng.standard_normal(velocity.shape)
     return hd.Log.from_arrays(time, velocity, attitude=np.zeros((len(time), 3)), wrench=wrench)
 
 
@@ -58,9 +56,8 @@ class Voyage:
 
 @pytest.fixture(scope="module")
 def voyage():
-    vehicle = replace(
-        hd.fleet["vt690"], actuators=(), axes=("X", "Y", "N"), center_of_gravity=(0.0, 0.0, 0.0)
-    )
+    planar = {"actuators": (), "axes": ("X", "Y", "N"), "center_of_gravity": (0.0, 0.0, 0.0)}
+    vehicle = replace(hd.fleet["vt690"], **planar)
     rng = np.random.default_rng(4)
     parts = steered(rng, MANOEUVRE), np.zeros((HOUR, 6)), steered(rng, MANOEUVRE)
     velocity = np.vstack(parts) + np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -14,6 +14,7 @@ from hydrodamp.validation.diagnostics import (
     diagnose,
     outlier_share,
 )
+from value_changes import set_values
 
 FOSSEN = hd.catalog["fossen"]
 
@@ -36,9 +37,8 @@ def test_autocorrelation_and_outliers_are_reported(problem):
     damping = hd.LeastSquares().identify(problem, FOSSEN).damping
     remark, *_ = diagnose(problem, damping)
     assert re.match(r"Residuals are autocorrelated on X \(0\.\d\d\)", remark)
-    wrench = problem.inputs.wrench.copy()
-    wrench[::200, 5] += 1e4
-    spiked = replace(problem, inputs=replace(problem.inputs, wrench=wrench))
+    spikes = np.s_[::200, 5], lambda wrench: wrench + 1e4
+    spiked = replace(problem, inputs=set_values(problem.inputs, "wrench", spikes))
     assert re.match(r"Many residuals are outliers.* on .*N \(\d", diagnose(spiked, damping)[-1])
 
 

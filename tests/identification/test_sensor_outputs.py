@@ -18,6 +18,7 @@ from hydrodamp.identification.information import find_indirect_coefficients
 from hydrodamp.identification.multiple_shooting import VelocityOutputs
 from hydrodamp.identification.parameter_estimates import estimate_parameters
 from hydrodamp.simulation.replay import replay
+from value_changes import set_values
 
 from .sensors import euler_angles, integrate_position, sample, without
 
@@ -33,6 +34,20 @@ def exact(campaign):
     motion = replay(problem, fit.damping)
     log = replace(campaign.exact_train, velocity=motion.velocity, acceleration=None)
     return campaign.vehicle, log, fit.damping
+
+
+@pytest.fixture(scope="module")
+def prepare(exact):
+    """The problem of a log that has sensors in place of some velocities."""
+    vehicle, log, _ = exact
+    return lambda *sensors, missing="uvw": hd.prepare(
+        vehicle, without(log, *missing, measurements=sensors), MODEL
+    )
+
+
+@pytest.fixture(scope="module")
+def sensors(exact):
+    return {each.name: each for each in all_sensors(exact[1])}
 
 
 def all_sensors(log, estimate=()):
@@ -52,14 +67,12 @@ def all_sensors(log, estimate=()):
 
 
 @pytest.fixture(scope="module")
-def linearised(exact):
+def linearised(exact, prepare):
     """Windows of all sensors with all parameters, and random values of them."""
-    vehicle, log, damping = exact
-    estimate = ("bias", "delay", "lever_arm")
-    sensors = all_sensors(log, estimate)
+    _, log, damping = exact
+    sensors = all_sensors(log, estimate=("bias", "delay", "lever_arm"))
     moving = [replace(each, estimate=(*each.estimate, "current")) for each in sensors[:3:2]]
-    bare = without(log, *"uvw", measurements=(*moving, *sensors[1:2], *sensors[3:]))
-    objective = make_objective(hd.prepare(vehicle, bare, MODEL), MODEL)
+    objective = make_objective(prepare(*moving, *sensors[1:2], *sensors[3:]), MODEL)
     rng = np.random.default_rng(5)
     theta = 0.01 * rng.standard_normal(len(objective.scale) - MODEL.n_coefficients)
     windows = objective.windows(1.5)  # fifteen samples: residuals are not averaged
@@ -104,73 +117,56 @@ def test_labels_and_parameters_name_sensors(linearised):
     assert objective.outputs.labels[:3] == ("recorded p", "recorded q", "recorded r")
 
 
-def test_exact_sensors_have_residuals_of_their_noise(exact):
+def test_exact_sensors_have_residuals_of_their_noise(exact, prepare):
     """With true coefficients and initial velocities, residuals are noise and interpolation."""
-    vehicle, log, damping = exact
-    sensors = all_sensors(log)
-    bare = without(log, measurements=sensors[:5])
-    objective = make_objective(hd.prepare(vehicle, bare, MODEL), MODEL)
+    _, log, damping = exact
+    objective = make_objective(prepare(*all_sensors(log)[:5], missing=""), MODEL)
     windows = objective.windows(4.0)
     windows = replace(windows, initial_states=log.velocity[windows.bounds[:, 0]])
-    for label, series in zip(
-        objective.outputs.labels,
-        objective.outputs.residuals(windows, damping.coefficients),
-        strict=True,
-    ):
+    residuals = objective.outputs.residuals(windows, damping.coefficients)
+    for label, series in zip(objective.outputs.labels, residuals, strict=True):
         if not label.startswith(("usbl", "ahrs")):  # their first pose is estimated
             assert np.sqrt(np.mean(series.residuals**2)) < 5e-3, label
 
 
-def test_velocities_are_compared_where_all_are_recorded(exact):
-    vehicle, log, _ = exact
-    assert isinstance(
-        make_objective(hd.prepare(vehicle, log, MODEL), MODEL).outputs, VelocityOutputs
-    )
+def test_velocities_are_compared_where_all_are_recorded(prepare):
+    assert isinstance(make_objective(prepare(missing=""), MODEL).outputs, VelocityOutputs)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("mask", ["dvl", "usbl", "heading"])
-def test_coefficients_are_those_of_the_simulation(exact, mask):
+@pytest.mark.parametrize(
+    ("names", "missing"), [(["dvl"], "uvw"), (["usbl"], "uvw"), (["usbl", "ahrs"], "uvwpqr")]
+)
+def test_coefficients_are_those_of_the_simulation(exact, sensors, prepare, names, missing):
     """Replays with estimates from sensors follow the exact motion."""
-    vehicle, log, _ = exact
-    sensors = {each.name: each for each in all_sensors(log)}
-    chosen = {"dvl": ("dvl",), "usbl": ("usbl",), "heading": ("usbl", "ahrs")}[mask]
-    missing = "uvwpqr" if mask == "heading" else "uvw"
-    bare = without(log, *missing, measurements=[sensors[name] for name in chosen])
-    problem = hd.prepare(vehicle, bare, MODEL)
+    problem = prepare(*(sensors[name] for name in names), missing=missing)
     fit = hd.OutputError().identify(problem, MODEL)
-    truth = hd.prepare(vehicle, log, MODEL)
-    motion, measured = replay(truth, fit.damping).velocity, log.velocity
+    motion, measured = replay(prepare(missing=""), fit.damping).velocity, exact[1].velocity
     moving = np.array([0, 1, 2, 5])
     error = np.std(motion - measured, axis=0)[moving] / np.std(measured, axis=0)[moving]
     assert np.max(error) < 0.15
 
 
-def test_outliers_are_left_out_and_told(exact):
-    vehicle, log, _ = exact
-    fixes = all_sensors(log)[0]
-    values = fixes.values.copy()
-    values[20, 1] += 30.0
-    bare = without(log, *"uvw", measurements=[replace(fixes, values=values)])
+def test_outliers_are_left_out_and_told(sensors, prepare):
+    wild = set_values(sensors["usbl"], "values", ((20, 1), lambda east: east + 30.0))
     with pytest.warns(hd.HydrodampWarning, match="usbl: 1 outlier.* of east left out, at 20 s"):
-        problem = hd.prepare(vehicle, bare, MODEL)
+        problem = prepare(wild)
     assert problem.sensor_log.sensors[0].valid[20].tolist() == [True, False, True]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("error", "is_determined"), [(0.0, True), (0.3, False)])
 def test_sensor_parameters_are_determined_where_residuals_are_sensor_errors(
-    exact, error, is_determined
+    exact, prepare, error, is_determined
 ):
     """A bias may absorb a slow error [m/s] that the model lacks: it is not determined then."""
-    vehicle, log, _ = exact
+    _, log, _ = exact
     speed = log.velocity[:, :3] + [0.05, 0.0, 0.0]
     speed[:, 0] += error * np.sin(0.5 * log.time)
     settings = {"true_delay": 0.3, "estimate": ("bias", "delay")}
     dvl = sample(log, "dvl", "velocity", speed, 0.5, 1e-2, **settings)
     gyro = sample(log, "gyro", "rates", log.velocity[:, 3:], 0.25, 2e-3, seed=1)
-    bare = without(log, *"uvwpqr", measurements=[dvl, gyro])
-    fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
+    fit = hd.OutputError().identify(prepare(dvl, gyro, missing="uvwpqr"), MODEL)
     assert {each.is_determined for each in fit.estimates.values()} == {is_determined}
     if is_determined:
         assert fit.estimates["dvl delay"].value == pytest.approx(0.3, abs=0.05)
@@ -202,12 +198,12 @@ def test_sensor_parameters_that_the_log_does_not_show_are_not_determined(lineari
     """The jackknife of a shrunken estimate has no variance: the prior counts."""
     monkeypatch.setattr(parameter_estimates, "_misfit", lambda *_: "")
     objective, windows, parameters = linearised
-    scale = objective.scale.copy()
-    scale[MODEL.n_coefficients :] *= 1e-9
+    is_coefficient = np.arange(len(parameters)) < MODEL.n_coefficients
     priors = [replace(each, std=1e-9 * each.std) for each in objective.outputs.parameters]
     outputs = replace(objective.outputs, parameters=tuple(priors))
+    scale = objective.scale * np.where(is_coefficient, 1.0, 1e-9)
     narrow = replace(objective, scale=scale, outputs=outputs)
-    vector = np.where(np.arange(len(parameters)) < MODEL.n_coefficients, parameters, 0.0)
+    vector = parameters * is_coefficient
     iterate = narrow.add_length(Iterate(vector, ()), replace(windows, outputs=outputs))
     estimates = estimate_parameters(PieceNormals.of(narrow, iterate), MODEL).values()
     assert {each.grade for each in estimates} == {hd.Grade.NOT_DETERMINED}
@@ -216,26 +212,24 @@ def test_sensor_parameters_that_the_log_does_not_show_are_not_determined(lineari
 
 
 @pytest.mark.slow
-def test_a_delay_that_is_not_stated_is_told(exact):
-    vehicle, log, _ = exact
+def test_a_delay_that_is_not_stated_is_told(exact, prepare):
+    _, log, _ = exact
     late = sample(log, "dvl", "velocity", log.velocity[:, :3], 0.5, 1e-3, true_delay=0.3)
-    bare = without(log, *"uvw", measurements=[late])
-    fit = hd.OutputError().identify(hd.prepare(vehicle, bare, MODEL), MODEL)
+    fit = hd.OutputError().identify(prepare(late), MODEL)
     assert "The log suggests delays of dvl 0.3" in " ".join(fit.remarks)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "indirect"), [("depth", True), ("dvl", False)])
-def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, name, indirect):
+def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, prepare, name, indirect):
     """A gyro determines sway through the Munk moment; a depth does not observe it, a DVL does."""
-    vehicle, log, damping = exact
+    _, log, damping = exact
+    depth, down = integrate_position(log)[:, 2:], ("down",)
     sensors = {
-        "depth": sample(log, "depth", "position", integrate_position(log)[:, 2:], 0.5, 0.02,
-                        components=("down",)),
+        "depth": sample(log, "depth", "position", depth, 0.5, 0.02, components=down),
         "dvl": sample(log, "dvl", "velocity", log.velocity[:, :3], 0.1, 1e-4),
-    }  # fmt: skip
-    problem = hd.prepare(vehicle, without(log, *"uvw", measurements=[sensors[name]]), MODEL)
-    objective = make_objective(problem, MODEL)
+    }
+    objective = make_objective(prepare(sensors[name]), MODEL)
     result = objective.add_length(Iterate(damping.coefficients, ()), objective.windows(4.0))
     half_width = 0.3 * np.abs(damping.coefficients)
     found = find_indirect_coefficients(objective, result, half_width)
@@ -244,9 +238,8 @@ def test_sway_coefficients_without_a_sensor_of_sway_are_indirect(exact, name, in
 
 
 @pytest.mark.slow
-def test_indirect_coefficients_are_at_best_weak(exact):
-    vehicle, log, _ = exact
-    problem = hd.prepare(vehicle, log, MODEL)
+def test_indirect_coefficients_are_at_best_weak(prepare):
+    problem = prepare(missing="")
     fit = hd.OutputError().identify(problem, MODEL)
     by_axis = grade_fit(problem, fit).grades
     limited = grade_fit(problem, replace(fit, indirect=("X_u",))).grades
@@ -255,10 +248,8 @@ def test_indirect_coefficients_are_at_best_weak(exact):
     assert {**limited, "X_u": by_axis["X_u"]} == by_axis
 
 
-def test_methods_that_need_velocities_say_so(exact):
-    vehicle, log, _ = exact
-    problem = hd.prepare(vehicle, without(log, *"uvw", measurements=all_sensors(log)[:1]), MODEL)
-    (fit,) = hd.identify_all(problem, [MODEL], hd.LeastSquares())
+def test_methods_that_need_velocities_say_so(sensors, prepare):
+    (fit,) = hd.identify_all(prepare(sensors["usbl"]), [MODEL], hd.LeastSquares())
     assert fit.status is hd.Status.REFUSED
     assert fit.remarks[0].startswith("`ls` needs the velocities u v w at every sample")
     assert "`oe` or `recommended`" in fit.remarks[0]
@@ -275,9 +266,9 @@ def test_rebuilt_velocities_have_an_honest_standard_deviation(exact):
     assert np.all((ratio > 0.3) & (ratio < 2.0))
 
 
-def test_positions_without_attitude_are_told_before_any_work(exact):
+def test_positions_without_attitude_are_told_before_any_work(exact, sensors):
     vehicle, log, _ = exact
-    bare = replace(without(log, *"uvw", measurements=all_sensors(log)[:1]), attitude=None)
+    bare = replace(without(log, *"uvw", measurements=[sensors["usbl"]]), attitude=None)
     with pytest.raises(ProblemError, match="`usbl` measures position, which needs the attitude"):
         hd.prepare(vehicle, bare, MODEL)
 

@@ -116,19 +116,13 @@ def test_every_axis_has_a_drag_term(campaign, flat, monkeypatch):
 
 
 def round_of(n, error, max_power):
-    model = replace(
-        hd.find_model("prestero"), terms=(hd.find_model("linear").terms[0][:n],) + ((),) * 5
-    )
+    model = hd.DampingModel.from_table({"X": " ".join("uvwpqr"[:n])}, key="sparse")
     return Round(model, "Summary.", error, max_power)
 
 
 def test_best_round_is_dissipative_then_accurate_then_small():
-    rounds = [
-        round_of(3, 0.10, -1.0),
-        round_of(2, 0.105, -1.0),
-        round_of(1, 0.2, -1.0),
-        round_of(1, 0.01, 5.0),
-    ]
+    sizes = [(3, 0.10, -1.0), (2, 0.105, -1.0), (1, 0.2, -1.0), (1, 0.01, 5.0)]
+    rounds = [round_of(*each) for each in sizes]
     assert best_round(rounds)[0] is rounds[1]
 
 
@@ -160,9 +154,7 @@ def test_terms_of_other_models_are_candidates(campaign):
     candidates = candidate_model(campaign.vehicle, campaign.train, [model])
     assert {"X_1", "X_u^2|u|", "Y_v|v|"} <= set(candidates.labels)
     assert "Y_v" not in candidates.labels
-    assert [candidates.labels[index] for index in np.flatnonzero(is_retained(candidates))] == [
-        "X_1"
-    ]
+    assert np.array(candidates.labels)[is_retained(candidates)].tolist() == ["X_1"]
 
 
 def test_of_duplicate_columns_the_odd_function_of_velocity_remains(campaign):

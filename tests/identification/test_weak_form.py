@@ -135,10 +135,8 @@ class TestChoice:
         return surge_log(velocity + level * rng.standard_normal(n), wrench=np.zeros((n, 6)))
 
     def test_more_noise_gives_a_longer_support(self, bare):
-        lengths = [
-            select_support(hd.prepare(bare, self.noisy(level), LINEAR))[0]
-            for level in (0.0, 0.03, 0.1, 0.6)
-        ]
+        logs = [self.noisy(level) for level in (0.0, 0.03, 0.1, 0.6)]
+        lengths = [select_support(hd.prepare(bare, log, LINEAR))[0] for log in logs]
         assert lengths == sorted(lengths)
         assert lengths[0] == pytest.approx(0.4)
         assert lengths[-1] > 4 * lengths[0]
@@ -157,10 +155,8 @@ class TestChoice:
     @pytest.mark.slow
     def test_a_longer_log_has_the_same_support(self, bare):
         """Five hours: the motion determines the support, not the length of the log."""
-        lengths = [
-            select_support(hd.prepare(bare, self.noisy(0.1, n=n), LINEAR))[0]
-            for n in (4_000, 200_000)
-        ]
+        logs = [self.noisy(0.1, n=n) for n in (4_000, 200_000)]
+        lengths = [select_support(hd.prepare(bare, log, LINEAR))[0] for log in logs]
         assert lengths[1] == pytest.approx(lengths[0], rel=0.2)
 
     def test_windows_follow_the_noise(self, bare):

@@ -55,9 +55,8 @@ def test_shares_are_those_of_the_normal_law(tables, half, spread, covered, near)
 
 def test_halves_are_compared_where_both_have_the_grade(tables):
     labels, grades = ["X_u", "Y_v", "N_r"], ["determined", "weak", "determined"]
-    first = tables.Row(
-        "log", tables.MEASURED, "0", "m", labels, [1, 2, 3], [0.3] * 3, [0] * 3, grades
-    )
+    numbers = [1, 2, 3], [0.3] * 3, [0] * 3
+    first = tables.Row("log", tables.MEASURED, "0", "m", labels, *numbers, grades)
     other = first._replace(draw="1", estimate=[1.8, 2, 5], grades=["determined"] * 3)
     whole = first._replace(draw=tables.WHOLE)
     outcomes = list(tables.compare_with_targets([whole, first, other]))
@@ -114,9 +113,8 @@ def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study,
     outcomes = list(tables.compare_with_targets([truth, found]))
     assert [each.grade for each in outcomes] == found.grades
     assert np.mean([each.is_covered for each in outcomes]) > 0.8
-    assert "| ROV | `fossen+channels` | white | truth | determined |" in tables.summarise(
-        [truth, found]
-    )
+    summary = tables.summarise([truth, found])
+    assert "| ROV | `fossen+channels` | white | truth | determined |" in summary
 
 
 @pytest.mark.slow

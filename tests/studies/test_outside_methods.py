@@ -8,15 +8,9 @@ from outside_methods import Names, Run
 
 NAMES = Names(("u", "r"), ("thrust", "rudder"), ("thrust", "u*rudder", "r*|u|"))
 LABELS = ("1", "u", "r", "u|u|", "r|r|", "u^2", "ur", "r^2", "thrust", "u*rudder", "r*|u|")
-TRUE = np.zeros((2, len(LABELS)))
-for axis, values in enumerate(
-    (
-        {"u": -0.4, "u|u|": -0.3, "r^2": 0.2, "thrust": 0.5},
-        {"r": -0.5, "r|r|": -0.2, "u*rudder": 0.6},
-    )
-):
-    for label, value in values.items():
-        TRUE[axis, LABELS.index(label)] = value
+SURGE = {"u": -0.4, "u|u|": -0.3, "r^2": 0.2, "thrust": 0.5}
+YAW = {"r": -0.5, "r|r|": -0.2, "u*rudder": 0.6}
+TRUE = np.array([[values.get(label, 0.0) for label in LABELS] for values in (SURGE, YAW)])
 
 
 @pytest.fixture(name="run", scope="module")

@@ -14,9 +14,8 @@ AXES = np.array(["X", "Y"])
 
 
 def statistics(errors):
-    return DiveStatistics(
-        np.array([[0.0, 0.0], [2.0, 2.0]]), np.array(errors), np.array([0.1, 0.3]), 1.0
-    )
+    estimates = np.array([[0.0, 0.0], [2.0, 2.0]])
+    return DiveStatistics(estimates, np.array(errors), np.array([0.1, 0.3]), 1.0)
 
 
 def test_a_variance_four_times_smaller_is_a_gain_of_four():
@@ -34,9 +33,8 @@ def test_the_wrench_of_a_truth_is_that_of_the_campaign():
     sizes = np.zeros(extended_model(vehicle, model, known).n_coefficients)
     envelope = hd.Envelope()
     ensemble = sample_ensemble(vehicle, model, known, sizes, 1, 0)
-    closed_loop = ClosedLoopSimulator.of(
-        vehicle, design_autopilot(vehicle, known, envelope), envelope, ensemble
-    )
+    autopilot = design_autopilot(vehicle, known, envelope)
+    closed_loop = ClosedLoopSimulator.of(vehicle, autopilot, envelope, ensemble)
     simulator, _ = simulator_of_truth(closed_loop, "drifting")
     velocity = np.array([[2.0, 0.2, -0.1, 0.0, 0.1, 0.2]])
     commands = np.array([[0.1, -0.1, 2000.0]])
@@ -44,8 +42,7 @@ def test_the_wrench_of_a_truth_is_that_of_the_campaign():
     angles = truth.effective_fins(velocity, commands[:, :2])
     strips = truth.strips.wrench(velocity)
     # Y_uud = 9.0728 (vehicle file): u|u| = 4.
-    assert simulator.disturbance(velocity, commands)[0, 1] - strips[0, 1] == pytest.approx(
-        4.0 * 9.0728 * (angles[0, 0] - 0.1)
-    )
+    sway = simulator.disturbance(velocity, commands)[0, 1] - strips[0, 1]
+    assert sway == pytest.approx(4.0 * 9.0728 * (angles[0, 0] - 0.1))
     off, _ = simulator_of_truth(closed_loop, "off")
     assert off.disturbance(velocity, commands) == pytest.approx(np.zeros((1, 6)))
