@@ -6,21 +6,22 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import closing
+from contextlib import closing, contextmanager
 from urllib.parse import urlencode
 
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.app.project import Project, create_project
+from hydrodamp.app.project import Project
 
 pytestmark = pytest.mark.slow
 
 APP = [sys.executable, "-m", "hydrodamp", "app", "--no-browser"]
 
 
+@contextmanager
 def start(folder, *arguments):
-    """Start the command; return the process with its port, the path of its page and the cookie."""
+    """Start the command; yield the process with its port, the path of its page and the cookie."""
     process = subprocess.Popen(
         [*APP, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
     )
@@ -32,7 +33,12 @@ def start(folder, *arguments):
     answer = connection.getresponse()
     cookie = answer.headers["Set-Cookie"].split(";")[0]
     connection.close()
-    return process, int(found[1]), answer.headers["Location"], cookie
+    try:
+        yield process, int(found[1]), answer.headers["Location"], cookie
+    finally:
+        process.terminate()
+        process.wait(30)
+        process.stderr.close()
 
 
 def request(port, cookie, method, path, form=None):
@@ -42,12 +48,6 @@ def request(port, cookie, method, path, form=None):
         connection.request(method, path, urlencode(form or {}), headers)
         answer = connection.getresponse()
         return answer.status, answer.read().decode()
-
-
-def stop(process):
-    process.terminate()
-    process.wait(30)
-    process.stderr.close()
 
 
 @pytest.fixture
@@ -61,65 +61,47 @@ def boat(tmp_path, campaign):
 
 
 def test_a_log_on_the_command_line_is_opened(boat):
-    process, port, path, cookie = start(boat, "boat.csv")
-    try:
+    with start(boat, "boat.csv") as (_, port, path, cookie):
         assert path.endswith("/p/boat/channels")
         assert request(port, cookie, "GET", path)[0] == 200
         assert request(port, "hydrodamp=wrong", "GET", path)[0] == 403
-    finally:
-        stop(process)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_killed_server_leaves_whole_files(boat, seed):
     """Edits follow each other until the process is killed; each file on disk is a whole edit."""
-    process, port, path, cookie = start(boat, "boat.csv")
     project = Project(boat.resolve(), "boat")
-    request(port, cookie, "GET", path)
     is_over = threading.Event()
+    with start(boat, "boat.csv") as (process, port, path, cookie):
+        request(port, cookie, "GET", path)
 
-    def edit():
-        for number in range(10_000):
-            text = f"time: t_s\nvelocity: {{u: fwd}}\nnote: {'x' * 2000}{number}\n"
-            form = {"text": text, "version": project.version}
-            try:
-                request(port, cookie, "POST", f"{path}/text", form)
-            except (OSError, http.client.HTTPException):
-                break
-            if is_over.is_set():
-                break
+        def edit():
+            for number in range(10_000):
+                text = f"time: t_s\nvelocity: {{u: fwd}}\nnote: {'x' * 2000}{number}\n"
+                form = {"text": text, "version": project.version}
+                try:
+                    request(port, cookie, "POST", f"{path}/text", form)
+                except (OSError, http.client.HTTPException):
+                    break
+                if is_over.is_set():
+                    break
 
-    thread = threading.Thread(target=edit)
-    thread.start()
-    time.sleep(0.4 + 0.13 * seed)
-    process.kill()
-    stop(process)
+        thread = threading.Thread(target=edit)
+        thread.start()
+        time.sleep(0.4 + 0.13 * seed)
+        process.kill()
     is_over.set()
     thread.join(30)
     mapping = hd.read_mapping(project.path("mapping.yaml"))
     assert mapping.entries
     assert project.arguments.logs == ("boat.csv",)
-    again, port, path, cookie = start(boat)
-    try:
+    with start(boat) as (_, port, path, cookie):
         assert "boat" in request(port, cookie, "GET", path)[1]
-    finally:
-        stop(again)
 
 
 def test_an_occupied_port_is_told(boat):
-    process, port, _, _ = start(boat)
-    try:
-        done = subprocess.run(
-            [*APP, "--port", str(port)], cwd=boat, capture_output=True, text=True, check=False
-        )
+    with start(boat) as (_, port, *_):
+        call = [*APP, "--port", str(port)]
+        done = subprocess.run(call, cwd=boat, capture_output=True, text=True, check=False)
         assert done.returncode == 2
         assert "Give another `--port`" in done.stderr
-    finally:
-        stop(process)
-
-
-def test_a_project_of_the_same_log_is_reopened(boat):
-    first = create_project(boat.resolve(), ("boat.csv",))
-    process, *_ = start(boat, "boat.csv")
-    stop(process)
-    assert [path.name for path in boat.glob("*.hydrodamp")] == [first.folder.name]

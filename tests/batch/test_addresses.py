@@ -38,10 +38,8 @@ def test_two_stars_match_on_all_levels(logs):
     memory = pytest.importorskip("fsspec").filesystem("memory")
     memory.put(str(logs), "/fleet", recursive=True)
     found = names("memory://fleet/**.csv")
-    assert [path.removeprefix("memory://") for path in found] == [
-        "/fleet/a.csv",
-        "/fleet/deep/b.csv",
-    ]
+    paths = [path.removeprefix("memory://") for path in found]
+    assert paths == ["/fleet/a.csv", "/fleet/deep/b.csv"]
 
 
 def test_a_log_at_two_addresses_is_listed_once_and_links_are_followed(logs):
@@ -51,16 +49,15 @@ def test_a_log_at_two_addresses_is_listed_once_and_links_are_followed(logs):
     assert names("logs/a.csv", "./logs/a.csv", "link/a.csv", str(logs / "a.csv")) == ["logs/a.csv"]
 
 
-def test_results_in_the_folder_of_logs_are_no_logs(logs):
+def test_results_in_the_folder_of_logs_are_no_logs(logs, refused):
     (logs / "season").mkdir()
     (logs / "season" / "coefficients.csv").write_text("x", "utf-8")
     assert "logs/season/coefficients.csv" in names("logs")
     assert "logs/season/coefficients.csv" not in names("logs", exclude="logs/season")
-    with pytest.raises(FileError, match="no log but in"):
-        names("logs/season", exclude="logs/season")
+    refused(FileError, names, "logs/season", exclude="logs/season")
 
 
-def test_files_of_one_recording_are_one_log(tmp_path):
+def test_files_of_one_recording_are_one_log(tmp_path, refused):
     for run in ("1", "2"):
         for part in ("pose", "cmd"):
             (tmp_path / f"run{run}_{part}.csv").write_text(f"{run} {part}", "utf-8")
@@ -73,8 +70,7 @@ def test_files_of_one_recording_are_one_log(tmp_path):
     assert digest_files(found[0], mapping) != before
     joint = f"{tmp_path}/run1_pose.csv+{tmp_path}/run1_cmd.csv"
     assert expand_addresses([joint]) == [joint]
-    with pytest.raises(FileError, match="no log matches"):
-        expand_addresses([f"{tmp_path}/run1_pose.csv+{tmp_path}/run9_cmd.csv"])
+    refused(FileError, expand_addresses, [f"{tmp_path}/run1_pose.csv+{tmp_path}/run9_cmd.csv"])
 
 
 def test_a_folder_with_a_file_for_each_topic_is_one_log(tmp_path):
@@ -88,51 +84,35 @@ def test_a_folder_with_a_file_for_each_topic_is_one_log(tmp_path):
     assert len(expand_addresses([str(tmp_path)])) == 6
 
 
-@pytest.mark.parametrize(
-    ("address", "says"),
-    [
-        ("zzz://bucket/*.csv", "cannot be read from its store"),
-        ("ftp://127.0.0.1:1/a.csv", "cannot be read from its store: ConnectionRefusedError"),
-    ],
-)
-def test_a_store_that_cannot_be_reached_is_a_sentence(address, says):
+@pytest.mark.parametrize("address", ["zzz://bucket/*.csv", "ftp://127.0.0.1:1/a.csv"])
+def test_a_store_that_cannot_be_reached_is_a_sentence(address, refused):
     pytest.importorskip("fsspec")
-    with pytest.raises(FileError, match=says):
-        expand_addresses([address])
+    refused(FileError, expand_addresses, [address])
 
 
-def test_the_path_holds_the_name_of_the_vehicle_as_a_word():
+def test_the_path_holds_the_name_of_the_vehicle_as_a_word(refused):
     assert assign_vehicle("gray/ray_1/a.csv", ["ray", "gray-seal"]) == "ray"
     assert assign_vehicle("ray-heavy/2026.csv", ["ray", "ray-heavy"]) == "ray-heavy"
     for path in ("gray/a.csv", "ray2/a.csv", "skate/a.csv"):
-        with pytest.raises(MethodError, match="none of ray, ray-heavy"):
-            assign_vehicle(path, ["ray", "ray-heavy"])
-    with pytest.raises(MethodError, match="ray, skate"):
-        assign_vehicle("ray/skate.csv", ["ray", "skate"])
+        refused(MethodError, assign_vehicle, path, ["ray", "ray-heavy"])
+    refused(MethodError, assign_vehicle, "ray/skate.csv", ["ray", "skate"])
 
 
-def test_a_date_is_a_day_of_the_calendar():
+def test_a_date_is_a_day_of_the_calendar(refused):
     assert assign_group(["day"], "2026-13-45/dive_20260501.csv", "v", 0.0) == ("2026-05-01",)
     for path in ("2026-13-45.csv", "2026-02-30.csv", "serial120260501.csv"):
-        with pytest.raises(MethodError, match="neither its clock nor its path"):
-            assign_group(["day"], path, "v", 0.0)
-    with pytest.raises(MethodError, match="no date"):
-        assign_group(["day"], "2026-05-01.csv", "v", 1.7e18)  # nanoseconds
+        refused(MethodError, assign_group, ["day"], path, "v", 0.0)
+    refused(MethodError, assign_group, ["day"], "2026-05-01.csv", "v", 1.7e18)  # nanoseconds
 
 
 @pytest.mark.parametrize("pattern", ["(zzz)|(.)", "(zzz)?x", "nothing", "x*?"])
-def test_a_pattern_without_a_group_is_refused(pattern):
-    with pytest.raises(MethodError, match="gives no group"):
-        assign_group([pattern], "x.csv", "v", 0.0)
+def test_a_pattern_without_a_group_is_refused(pattern, refused):
+    refused(MethodError, assign_group, [pattern], "x.csv", "v", 0.0)
 
 
 def test_groups_are_in_the_order_of_their_dates_whatever_the_clock():
     starts = {("2026-05-03",): 5.0, ("2026-05-01",): 900.0, ("2026-05-02",): 1.7e9}
-    assert [day for (day,) in sort_groups(["day"], starts)] == [
-        "2026-05-01",
-        "2026-05-02",
-        "2026-05-03",
-    ]
+    assert sort_groups(["day"], starts) == sorted(starts)
     assert sort_groups(["folder"], {("b",): 1.0, ("a",): 2.0}) == [("a",), ("b",)]
     assert sort_groups(["folder"], {("b",): 1.7e9, ("a",): 1.8e9}) == [("b",), ("a",)]
     assert group_order(["folder"], [1.0, 1.7e9]) == "name"

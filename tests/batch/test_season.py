@@ -10,10 +10,12 @@ import pytest
 
 import hydrodamp as hd
 from batch.conftest import MODEL
+from hydrodamp import errors
 from hydrodamp.batch.sufficient_statistics import LogStatistics, solve_model, summarise_address
 from hydrodamp.conditioning.dropouts import remove_samples
-from hydrodamp.errors import FileError, GapWarning, LogError, MethodError, ProblemError
+from hydrodamp.errors import GapWarning, MethodError, ProblemError
 from hydrodamp.identification.regression import merge
+from table_rows import rows
 
 METHODS = {"ls": hd.LeastSquares(), "weak": hd.WeakForm()}
 
@@ -28,11 +30,8 @@ def test_a_group_is_identified_as_its_logs_one_after_the_other(key, fleet, seaso
     if key == "ls":
         expected = METHODS[key].identify(whole, MODEL).damping.coefficients
     else:  # each log has test functions of its own
-        rows = [
-            METHODS[key].equations.rows(hd.prepare(fleet.vehicle, hd.read_log(one), MODEL))
-            for one in logs
-        ]
-        triangle = merge(one.triangle() for one in rows)
+        problems = (hd.prepare(fleet.vehicle, hd.read_log(one), MODEL) for one in logs)
+        triangle = merge(METHODS[key].equations.rows(one).triangle() for one in problems)
         expected = METHODS[key].solve(triangle, whole, MODEL).damping.coefficients
     first = found.fits[0]
     np.testing.assert_allclose(first.fit.damping.coefficients, expected, rtol=1e-9)
@@ -54,15 +53,13 @@ def test_results_are_the_same_bits_on_threads_and_processes(fleet, season, threa
 @pytest.mark.slow
 def test_standard_errors_are_those_of_refits_without_a_block(fleet, season):
     folded = summarise_address(str(next(season.iterdir())), fleet.vehicle, [MODEL], METHODS["ls"])
-    n, known = (
-        len(folded.blocks),
-        solve_model(folded, fleet.vehicle, MODEL, METHODS["ls"]).uncertainty,
-    )
-    without = [replace(folded, blocks=folded.blocks[:k] + folded.blocks[k + 1 :]) for k in range(n)]
-    refits = [
-        solve_model(one, fleet.vehicle, MODEL, METHODS["ls"]).damping.coefficients
-        for one in without
-    ]
+
+    def solve(blocks):
+        return solve_model(replace(folded, blocks=blocks), fleet.vehicle, MODEL, METHODS["ls"])
+
+    blocks, known = folded.blocks, solve(folded.blocks).uncertainty
+    n = len(blocks)
+    refits = [solve(blocks[:k] + blocks[k + 1 :]).damping.coefficients for k in range(n)]
     expected = np.sqrt((n - 1) / n * np.sum((refits - np.mean(refits, axis=0)) ** 2, axis=0))
     np.testing.assert_allclose(known.standard_errors, expected, rtol=1e-6)
     assert (known.degrees_of_freedom, known.n_blocks) == (n - 1, n)
@@ -134,7 +131,9 @@ def test_groups_are_what_is_asked_for(fleet, season, threads):
 
 
 @pytest.mark.slow
-def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, tmp_path, threads):
+def test_logs_of_several_vehicles_are_told_apart_by_their_paths(
+    fleet, season, tmp_path, threads, refused
+):
     light = replace(fleet.vehicle, name="ray")
     heavy = replace(light, name="ray-heavy", mass_matrix=2.0 * light.mass_matrix)
     for name in ("ray", "ray-heavy", "skate"):
@@ -150,10 +149,8 @@ def test_logs_of_several_vehicles_are_told_apart_by_their_paths(fleet, season, t
         assert both.fit.damping.coefficients.tolist() == alone.fit.damping.coefficients.tolist()
     assert len(found.failed) == 3
     assert all("none of ray, ray-heavy" in why for why in found.failed.values())
-    with pytest.raises(MethodError, match="must hold `vehicle`"):
-        hd.batch(tmp_path, [light, heavy], MODEL, client=threads)
-    with pytest.raises(MethodError, match="different names"):
-        hd.batch(tmp_path, [light, light], MODEL, **asked)
+    refused(MethodError, hd.batch, tmp_path, [light, heavy], MODEL, client=threads)
+    refused(MethodError, hd.batch, tmp_path, [light, light], MODEL, **asked)
 
 
 @pytest.mark.slow
@@ -244,7 +241,7 @@ def test_warnings_are_as_before_after_a_season_on_threads(fleet, season, threads
 
 
 @pytest.mark.slow
-def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads):
+def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, threads, refused):
     (tmp_path / "2026-05-09.csv").write_text("time,u\n0,fast\n", "utf-8")
     hd.write_log(fleet.dive(1), tmp_path / "undated.csv")
     found = hd.batch([season, tmp_path], fleet.vehicle, MODEL, client=threads)
@@ -253,22 +250,10 @@ def test_what_cannot_be_used_is_named_with_its_reason(fleet, season, tmp_path, t
     assert "fast" in reasons
     assert "neither its clock nor its path has a date" in reasons
     assert len(found.fits) == 3
-    with pytest.raises(ProblemError, match=r"none of 2 logs could be used. .*fast"):
-        hd.batch(tmp_path, fleet.vehicle, MODEL, client=threads)
+    refused(ProblemError, hd.batch, tmp_path, fleet.vehicle, MODEL, client=threads)
 
 
-@pytest.mark.parametrize(
-    ("more", "error", "says"),
-    [
-        ({"logs": "nowhere"}, FileError, "no log matches"),
-        ({"by": []}, MethodError, "at least one of"),
-        ({"by": ["dive("]}, MethodError, "patterns of the path"),
-        ({"timeout": 0.0}, MethodError, "positive"),
-        ({"mapping": "avl69"}, LogError, "Did you mean 'avl690'"),
-        ({"method": "lss"}, MethodError, "Did you mean 'ls'"),
-    ],
-)
-def test_a_wrong_call_is_refused_before_work(more, error, says, fleet, season):
-    logs = more.pop("logs", season)
-    with pytest.raises(error, match=says):
-        hd.batch(logs, fleet.vehicle, MODEL, **more)
+@rows(("error", "more"))
+def test_a_wrong_call_is_refused_before_work(error, more, fleet, season, refused):
+    given = {"logs": season, "vehicle": fleet.vehicle, "models": MODEL, **more}
+    refused(getattr(errors, error), hd.batch, **given)

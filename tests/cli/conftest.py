@@ -1,6 +1,7 @@
 """A planar vehicle, its logs and a way to call the command line."""
 
 import itertools
+import json
 import os
 import re
 import select
@@ -66,6 +67,20 @@ def boat(folder):
 
 
 @pytest.fixture
+def bare(folder):
+    """Return the folder, with the file of the vehicle without its actuators."""
+    text = (folder / "planar.yaml").read_text("utf-8")
+    (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")
+    return folder
+
+
+@pytest.fixture
+def ask(call):
+    """Return a function that returns what the command line prints for machines."""
+    return lambda line, status=0: json.loads(call(f"{line} --json", status).stdout)
+
+
+@pytest.fixture
 def call():
     """Return a function that calls the command line as a shell would, and checks the status."""
 
@@ -75,6 +90,12 @@ def call():
         return done
 
     return invoke
+
+
+def add_commands(log, **columns):
+    """Return a log with more commands."""
+    named = {name: log.command(name) for name in log.command_names} | columns
+    return replace(log, commands=np.column_stack([*named.values()]), command_names=tuple(named))
 
 
 def interrupted_at(number, function):

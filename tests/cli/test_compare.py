@@ -1,13 +1,12 @@
 import json
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
 
-from .conftest import VEHICLES
+from .conftest import VEHICLES, add_commands
 
 ROW = {
     *("model", "method", "n_coefficients", "rank", "rms", "rms_by_axis", "fit_by_axis"),
@@ -38,20 +37,15 @@ def usual(entry):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
-    done = call(f"{PARTS} --models linear,fossen --methods ls,ai --json --out out")
-    document = json.loads(done.stdout)
+def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, ask):
+    document = ask(f"{PARTS} --models linear,fossen --methods ls,ai --out out")
     assert document.pop("paths") == {"folder": "out", "damping": "out/damping.json"}
     assert set(document) == {"format", "version", "verdict", "rows", "units", "provenance"}
     assert document["verdict"]["model"] == "linear"
     assert set(document["verdict"]["axes"]) == {"u", "v", "r"}
     assert hd.read_damping(folder / "out" / "damping.json").model.key == "linear"
-    assert [(row["model"], row["method"]) for row in document["rows"]] == [
-        ("linear", "ls"),
-        ("fossen", "ls"),
-        ("linear", "ai"),
-        ("fossen", "ai"),
-    ]
+    pairs = [f"{row['model']} {row['method']}" for row in document["rows"]]
+    assert pairs == ["linear ls", "fossen ls", "linear ai", "fossen ai"]
     assert all(set(row) == ROW for row in document["rows"])
     assert document["rows"][0]["rms_by_axis"].keys() == {"u", "v", "r"}
     assert document["rows"][2]["rank"] is None
@@ -65,12 +59,10 @@ def test_json_is_the_comparison_file_and_the_folder_reads_back(folder, call):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("option", ["--train one --test two", "--folds 2"])
-def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, call, option):
-    bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]
-    (folder / "bare.yaml").write_text(bare, "utf-8")
-    (folder / "mine.yaml").write_text("{name: mine, terms: {X: u ahead, Y: v turn, N: r turn}}")
-    line = f"compare ab.csv --vehicle bare.yaml {option} --methods ls --json"
-    document = json.loads(call(f"{line} --models linear,mine.yaml").stdout)
+def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(bare, ask, option):
+    (bare / "mine.yaml").write_text("{name: mine, terms: {X: u ahead, Y: v turn, N: r turn}}")
+    line = f"compare ab.csv --vehicle bare.yaml {option} --methods ls"
+    document = ask(f"{line} --models linear,mine.yaml")
     rows = document.get("rows") or document["folds"]
     assert [row["model"] for row in rows] == ["linear+inputs", "mine"]
     assert all(row["rms"] is not None for row in rows)
@@ -80,9 +72,7 @@ def test_a_named_model_that_nothing_drives_has_the_inputs_of_the_log(folder, cal
 @pytest.mark.usefixtures("undrawn")
 def test_a_command_that_nothing_uses_is_told_and_no_fault(folder, call):
     log = hd.read_log("ab.csv")
-    more = {name: log.command(name) for name in log.command_names}
-    more |= {"battery_V": np.full(log.n, 15.0), "turns": np.zeros(log.n)}
-    wide = replace(log, commands=np.column_stack(list(more.values())), command_names=tuple(more))
+    wide = add_commands(log, battery_V=np.full(log.n, 15.0), turns=np.zeros(log.n))
     hd.write_log(wide, folder / "wide.csv")
     done = call(f"{PARTS.replace('ab.csv', 'wide.csv')} --models linear --methods ls --out out")
     (line,) = (line for line in done.stderr.splitlines() if "not used by" in line)
@@ -115,11 +105,9 @@ def test_without_any_score_the_work_failed(folder, call):
 
 
 @pytest.mark.slow
-def test_settings_reach_the_score(folder, call):
-    degrees, radians = (
-        json.loads(call(f"{PARTS} --models fossen --methods ls --json --rate-unit {unit}").stdout)
-        for unit in ("deg", "rad")
-    )
+def test_settings_reach_the_score(folder, ask):
+    line = f"{PARTS} --models fossen --methods ls --rate-unit"
+    degrees, radians = (ask(f"{line} {unit}") for unit in ("deg", "rad"))
     in_degrees = degrees["rows"][0]["rms_by_axis"]["r"]
     assert in_degrees == pytest.approx(57.29578 * radians["rows"][0]["rms_by_axis"]["r"])
     assert radians["units"]["rms_by_axis"]["r"] == "rad/s"
@@ -127,12 +115,10 @@ def test_settings_reach_the_score(folder, call):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, call):
+def test_guesses_of_the_vehicle_are_estimated_unless_switched_off(folder, ask):
     shutil.copy(VEHICLES / "guess.yaml", folder)
     line = "compare --train a.csv --test b.csv --vehicle guess.yaml --models linear --methods oe"
-    rows = [
-        json.loads(call(f"{line} --json {option}").stdout)["rows"][0]
-        for option in ("", "--estimate none", "--estimate added-mass")
-    ]
-    assert rows[0]["rms"] < 0.5 * rows[1]["rms"]
-    assert rows[2]["rms"] == rows[0]["rms"]
+    options = "", "--estimate none", "--estimate added-mass"
+    estimated, guessed, named = (ask(f"{line} {option}")["rows"][0]["rms"] for option in options)
+    assert estimated < 0.5 * guessed
+    assert named == estimated

@@ -58,10 +58,8 @@ def test_python_control_has_the_same_margins(home, call):
 @pytest.mark.slow
 def test_a_speed_without_trim_fails_the_work_and_keeps_the_others(home, call):
     done = call(f"{CALL} --speed 9 --json", 1)
-    assert [each["outcome"].split(":")[0] for each in json.loads(done.stdout)["speeds"]] == [
-        "ok",
-        "no trim",
-    ]
+    outcomes = [each["outcome"].partition(":")[0] for each in json.loads(done.stdout)["speeds"]]
+    assert outcomes == ["ok", "no trim"]
     assert "no autopilot holds 9 m/s" in done.stderr
 
 

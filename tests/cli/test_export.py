@@ -59,17 +59,15 @@ def test_what_does_not_compile_here_is_status_1(folder, call, damping, monkeypat
 
 @pytest.mark.slow
 def test_a_card_of_an_earlier_version_makes_its_page(folder, call, damping):
-    call("export python d.json --vehicle planar.yaml --out sim")
+    line = "export python d.json --vehicle planar.yaml --out sim"
+    call(line)
     path = folder / "sim" / "fidelity.json"
     card = json.loads(path.read_text("utf-8"))
     for key in ("slow_error", "run_error", "files"):
         del card[key]
     path.write_text(json.dumps(card))
     call("report sim --out card.html")
-    assert (
-        "was changed"
-        in call("export python d.json --vehicle planar.yaml --out sim --force", 2).stderr
-    )
+    assert "was changed" in call(f"{line} --force", 2).stderr
 
 
 @pytest.mark.slow

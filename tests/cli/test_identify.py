@@ -11,6 +11,8 @@ from hydrodamp.errors import MethodError
 from hydrodamp.report.files import Picture, ReportContent, picture_files
 from hydrodamp.results import save_results
 
+from .conftest import add_commands
+
 LINE = "identify a.csv --vehicle planar.yaml --model linear --method ls"
 
 
@@ -52,7 +54,7 @@ def test_writes_a_damping_file_with_a_report_of_the_run_beside_it(folder, call, 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call):
+def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder, call, ask):
     assert "inconsistent with the motion" not in call(LINE).stderr
     right = (folder / "planar.yaml").read_text("utf-8")
     (folder / "planar.yaml").write_text(right.replace("[[10,", "[[30,"), "utf-8")
@@ -64,9 +66,7 @@ def test_a_wrong_thrust_is_told_before_the_fit_and_a_free_gain_undoes_it(folder,
     damping = hd.read_damping(folder / "d.json")
     assert damping["X_actuation_X"] == pytest.approx(-2.0 / 3.0, abs=0.01)
     assert damping["X_u"] == pytest.approx(-8.0, rel=0.03)
-    replayed = json.loads(
-        call("simulate b.csv --vehicle planar.yaml --damping d.json --json").stdout
-    )
+    replayed = ask("simulate b.csv --vehicle planar.yaml --damping d.json")
     assert replayed["fit_by_axis"]["u"] > 95.0
 
 
@@ -99,15 +99,9 @@ def test_all_or_nothing_of_an_earlier_fit_is_replaced(folder, call, monkeypatch,
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
-    bare = (folder / "planar.yaml").read_text("utf-8").split("actuators:")[0]
-    (folder / "bare.yaml").write_text(bare, "utf-8")
+def test_sparse_alone_takes_a_vehicle_without_actuators(bare, call):
     log = hd.read_log("a.csv")
-    idle = {name: log.command(name) for name in log.command_names} | {"lamp": np.arange(log.n) % 2}
-    hd.write_log(
-        replace(log, commands=np.column_stack(list(idle.values())), command_names=tuple(idle)),
-        folder / "lamp.csv",
-    )
+    hd.write_log(add_commands(log, lamp=np.arange(log.n) % 2), bare / "lamp.csv")
     done = call("identify lamp.csv --vehicle bare.yaml --model sparse --method weak --out d.json")
     assert "grade" in done.stdout
     assert "No axis depends on the command lamp." in done.stderr
@@ -117,9 +111,11 @@ def test_sparse_alone_takes_a_vehicle_without_actuators(folder, call):
 
 
 @pytest.mark.slow
-def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficients(folder, call):
+def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficients(
+    folder, call, ask
+):
     line = LINE.replace("--method ls", "--method oe")
-    plain = json.loads(call(f"{line} --json").stdout)
+    plain = ask(line)
     done = call(f"{line} --estimate buoyancy --json")
     document = json.loads(done.stdout)
     buoyancy = document["fit"]["estimates"]["B"]
@@ -131,20 +127,15 @@ def test_a_parameter_that_is_not_determined_keeps_the_vehicle_and_its_coefficien
     assert "B 100" in done.stderr
 
 
-def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(folder, call):
-    text = (folder / "planar.yaml").read_text("utf-8")
-    (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")
-    document = json.loads(call("identify a.csv --vehicle bare.yaml --method ls --json").stdout)
+def test_the_default_model_has_gains_of_commands_that_no_actuator_uses(bare, ask):
+    document = ask("identify a.csv --vehicle bare.yaml --method ls")
     assert document["model"]["key"] == "general"
     assert {"X_ahead", "N_ahead", "X_turn", "N_turn"} <= set(document["coefficients"])
 
 
 @pytest.mark.slow
-def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(folder, call):
-    text = (folder / "planar.yaml").read_text("utf-8")
-    (folder / "bare.yaml").write_text(text.partition("actuators:")[0], "utf-8")
-    line = "compare --vehicle bare.yaml --train a.csv --test b.csv --methods ls --json"
-    rows = json.loads(call(line).stdout)["rows"]
+def test_the_papers_models_have_gains_where_nothing_else_drives_the_vehicle(bare, ask):
+    rows = ask("compare --vehicle bare.yaml --train a.csv --test b.csv --methods ls")["rows"]
     keys = [*(f"{key}+inputs" for key in hd.PAPER_MODELS), "general"]
     assert [row["model"] for row in rows] == keys
     assert all("N_turn" in row["coefficients"] for row in rows)

@@ -6,17 +6,7 @@ from importlib.resources import files
 import jsonschema
 import pytest
 
-CALLS = {
-    "compare": "compare ab.csv --vehicle planar.yaml --train one --test two --models linear "
-    "--methods ls --out out",
-    "folds": "compare ab.csv --folds 2 --vehicle planar.yaml --models linear --methods ls "
-    "--out out",
-    "identify": "identify a.csv --train 0:30 --vehicle planar.yaml --model linear --method weak "
-    "--out d.json",
-    "convert": "convert ab.csv --out c.csv",
-    "batch": "batch a.csv b.csv --vehicle planar.yaml --model linear --group-by folder "
-    "--out season",
-}
+from table_rows import rows
 
 
 @pytest.fixture(scope="module")
@@ -28,19 +18,18 @@ def validator():
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("name", CALLS)
-def test_json_has_format_version_and_paths(folder, call, validator, name):
-    document = json.loads(call(f"{CALLS[name]} --json").stdout)
+@rows(("line", "file"))
+def test_json_has_format_version_and_paths(folder, ask, validator, line, file):
+    document = ask(line)
     validator.validate(document)
     assert document["format"].startswith("hydrodamp-")
-    name_of_file = {"compare": "out/comparison.json", "folds": "out/validation.json"}
-    if name in {**name_of_file, "identify": ""}:
-        text = (folder / name_of_file.get(name, "d.json")).read_text("utf-8")
-        assert json.loads(text) == {key: each for key, each in document.items() if key != "paths"}
     for path in document["paths"].values():
         assert (folder / path).exists() or path.endswith("report.html"), path
-    if name == "compare":
-        page = json.loads(call("report out --force --json").stdout)
+    if file:
+        written = json.loads((folder / file).read_text("utf-8"))
+        assert written == {key: each for key, each in document.items() if key != "paths"}
+    if file == "out/comparison.json":
+        page = ask("report out --force")
         validator.validate(page)
         assert page["verdict"] == document["verdict"]
 

@@ -9,6 +9,7 @@ import typer
 import hydrodamp as hd
 from hydrodamp.cli.output import handle_errors
 from hydrodamp.errors import FileError, GapWarning, LogError
+from table_rows import rows
 
 
 def status(error):
@@ -61,19 +62,7 @@ def test_paths_are_told_from_the_working_directory(tmp_path, monkeypatch, capsys
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("line", "file"),
-    [
-        ("convert a.csv --out c.csv", "c.csv"),
-        ("identify a.csv --vehicle planar.yaml --model fossen --method ls --out e.json", "e.json"),
-        ("simulate a.csv --vehicle planar.yaml --damping d.json --out s.csv", "s.csv"),
-        (
-            "compare ab.csv --vehicle planar.yaml --train one --test two --models fossen "
-            "--methods ls --out out",
-            "out/comparison.json",
-        ),
-    ],
-)
+@rows(("file", "line"))
 def test_results_are_written_though_nobody_reads_what_is_printed(folder, line, file):
     fit = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "N_r": -6.0})
     hd.write_damping(fit, folder / "d.json")

@@ -4,24 +4,14 @@ import json
 
 import pytest
 
+from table_rows import rows
+
 pytestmark = pytest.mark.usefixtures("undrawn")
 LINE = "compare --vehicle planar.yaml --models linear --methods ls"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("parts", "shared"),
-    [
-        ("a.csv --train 0:20 --test 10:40", "10:19.9 s"),
-        ("ab.csv --train one --test one", "all test data"),
-        ("ab.csv --train one --test two --test 30:50", "30:39.9 s"),
-        ("ab.csv --train 0:50 --test two", "40:49.9 s"),
-        ("--train a.csv --test b.csv --test ./a.csv", "./a.csv"),
-        ("a.csv --train 0:20 --test 20:40", ""),
-        ("ab.csv --train one --test 40:60", ""),
-        ("--train a.csv --test b.csv", ""),
-    ],
-)
+@rows(("parts", "shared"))
 def test_shared_data_are_warned_of_and_written_down(folder, call, parts, shared):
     done = call(f"{LINE} {parts} --out out")
     said = f"Training and test data share {shared}:" if shared else "data share"

@@ -10,9 +10,8 @@ import hydrodamp as hd
 @pytest.fixture
 def damping(folder):
     vehicle, log = hd.read_vehicle("planar.yaml"), hd.read_log("a.csv")
-    hd.write_damping(
-        hd.identify(hd.catalog["linear"], vehicle, log, hd.LeastSquares()).damping, "d.json"
-    )
+    fit = hd.identify(hd.catalog["linear"], vehicle, log, hd.LeastSquares())
+    hd.write_damping(fit.damping, "d.json")
     return "d.json"
 
 
@@ -84,10 +83,9 @@ def test_a_log_is_read_by_the_mapping_of_the_fit(folder, call):
     mapping = "{time: stamp, velocity: {u: u, v: v, r: r}, commands: [ahead, turn]}"
     (folder / "raw.yaml").write_text(mapping, "utf-8")
     identify = "identify raw-a.csv --mapping raw.yaml --vehicle planar.yaml --model linear"
-    assert call(f"{identify} --method ls --out raw.json").exit_code == 0
+    call(f"{identify} --method ls --out raw.json")
     done = call("simulate raw-b.csv --damping raw.json")
-    assert done.exit_code == 0
     assert "raw.yaml, the mapping of the fit" in done.stderr
-    assert call("simulate b.csv --damping raw.json").exit_code == 0  # canonical: needs none
+    call("simulate b.csv --damping raw.json")  # canonical: needs none
     other = call("simulate raw-b.csv --damping raw.json --mapping mavros", 2)
     assert "the mapping of the fit" not in other.stderr

@@ -10,6 +10,7 @@ import typer
 from hydrodamp.cli import options
 from hydrodamp.cli.main import app
 from hydrodamp.cli.options import examples
+from table_rows import rows
 
 COMMAND = typer.main.get_command(app)
 COMMANDS = {**COMMAND.commands, **COMMAND.commands["vehicle"].commands}
@@ -55,17 +56,10 @@ def test_options_of_one_meaning_have_one_name():
         assert name == "vehicle" or {"--quiet", "-q"} in flags
 
 
-def test_completion_continues_a_list():
-    def complete(command, parameter, incomplete):
-        return options.complete_list(options.definition(command, parameter)["complete"])(incomplete)
-
-    assert complete("identify", "model", "fossen,lin") == ["fossen,linear"]
-    assert complete("compare", "models", "fossen,sp") == ["fossen,sparse"]
-    assert complete("list", "name", "kv") == ["kvlcc2", "kvlcc2-hsva"]
-    assert complete("probe", "mapping", "mavr") == ["mavros"]
-    assert complete("probe", "vehicle", "re") == ["remus100"]
-    assert complete("export", "target", "mu") == ["mujoco"]
-    assert complete("compare", "methods", "ls,ri") == ["ls,ridge"]
+@rows(("command", "parameter", "given", "completed"))
+def test_completion_continues_a_list(command, parameter, given, completed):
+    complete = options.complete_list(options.definition(command, parameter)["complete"])
+    assert complete(given) == completed
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Vehicles, coefficients and short logs that the targets are tried with."""
 
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -8,11 +9,12 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.export.plant import States
+from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.target import save_files
 from hydrodamp.export.verification import sample_states
 from hydrodamp.kernels.core import mass_inverse, plant_of
 from hydrodamp.kernels.library import C, call
+from hydrodamp.simulation.problem import held_channels
 
 # Behind all packages: one study has the name of one.
 sys.path.append(str(Path(__file__).parents[2] / "studies"))
@@ -48,6 +50,8 @@ BOAT = hd.Vehicle(
 )
 """Three degrees of freedom."""
 
+PUBLISHED = hd.published["vt690-sname2022"]
+
 MODELS = tuple(hd.catalog[key] for key in hd.PAPER_MODELS)
 
 ALL_ATOMS = hd.DampingModel.from_table(
@@ -69,6 +73,10 @@ def coefficients(model, seed=0):
     return hd.Damping(model, values)
 
 
+WIDE = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
+PAPER = ExportedPlant.of(hd.fleet["vt690"], PUBLISHED)
+
+
 def states(plant, n=50, seed=1):
     """Return random states; commands within and beyond their limits."""
     random = np.random.default_rng(seed)
@@ -84,8 +92,6 @@ def states(plant, n=50, seed=1):
 def core(plant, at):
     """Return the accelerations of the C core, called by itself."""
     columns = plant.columns
-    from hydrodamp.simulation.problem import held_channels
-
     named = dict(zip(plant.commands, at.inputs.T, strict=False))
     channels = held_channels(columns, named, len(at.velocity))
     known = plant.vehicle.propulsion_speed(named)
@@ -109,6 +115,26 @@ def campaign():
     return hd.reenact(duration=20.0, seed=3)
 
 
+@pytest.fixture
+def export(campaign, tmp_path):
+    """What exports coefficients of the campaign's vehicle, those of the paper unless others are."""
+
+    def run(target="python", damping=PUBLISHED, name="a", vehicle=campaign.vehicle, **more):
+        return hd.export(damping, vehicle, target, tmp_path / name, **more)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def fitted(campaign):
+    """What fits a model to the training log of the campaign."""
+
+    def fit(model):
+        return hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares())
+
+    return fit
+
+
 @pytest.fixture(scope="session")
 def planar():
     """A boat of three degrees of freedom, and a log of it."""
@@ -123,6 +149,17 @@ def planar():
         command_names=("ahead", "turn"),
     )
     return BOAT, damping, replace(log, velocity=hd.simulate(BOAT, damping, log).velocity)
+
+
+def level_log(time, velocity=None, **more):
+    """Return a log of a vehicle that stays level, at rest unless it has a velocity."""
+    n = len(time)
+    velocity = np.zeros((n, 6)) if velocity is None else velocity
+    return hd.Log(time, velocity, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), **more)
+
+
+COMPILER = next(filter(shutil.which, ("cc", "gcc", "clang")), None)
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler is installed")
 
 
 def write_export(form, plant, folder):

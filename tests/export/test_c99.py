@@ -14,26 +14,26 @@ from hydrodamp.export.plant import ExportedPlant
 from microcontroller import TOOLS, run_on_cortex
 
 from .conftest import (
-    ALL_ATOMS,
+    COMPILER,
+    PAPER,
     RICH,
-    coefficients,
+    WIDE,
     core,
+    level_log,
+    needs_compiler,
     read_back,
     states,
     write_export,
 )
 
-pytestmark = pytest.mark.skipif(
-    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler is installed"
-)
+pytestmark = needs_compiler
 
 DOUBLE = C()
 
 
 def test_float_is_near(tmp_path):
-    plant, form = ExportedPlant.of(RICH, coefficients(ALL_ATOMS)), C(precision="float")
-    at = states(plant)
-    found, wanted = read_back(form, plant, at, tmp_path), core(plant, at)
+    at = states(WIDE)
+    found, wanted = read_back(C(precision="float"), WIDE, at, tmp_path), core(WIDE, at)
     assert np.abs(found - wanted).max() < 1e-5 * np.abs(wanted).max()
     assert np.abs(found - wanted).max() > 0.0
 
@@ -55,13 +55,11 @@ def run(folder, compiler, *flags):
 
 def test_its_step_is_that_of_a_replay(rich):
     folder, damping = rich
-    compiler = next(name for name in ("cc", "gcc", "clang") if shutil.which(name))
-    state = np.frombuffer(bytes.fromhex(run(folder, compiler)))
+    state = np.frombuffer(bytes.fromhex(run(folder, COMPILER)))
     n = 101
-    log = hd.Log(
+    log = level_log(
         np.arange(n) * 0.05,
         np.tile([1.5, 0.0, 0.1, 0.0, 0.0, 0.0], (n, 1)),
-        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
         commands=np.tile([0.1, 1500.0, 0.4, 2.0], (n, 1)),
         command_names=ExportedPlant.of(RICH, damping).inputs,
     )
@@ -88,8 +86,7 @@ def test_cmake_builds_the_example(rich, tmp_path):
 
 def test_all_c_files_of_the_folder_are_the_library(tmp_path):
     """As Arduino, STM32Cube and Keil compile them; the README's command adds one example."""
-    plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    folder = write_export(DOUBLE, plant, tmp_path)
+    folder = write_export(DOUBLE, PAPER, tmp_path)
     assert {path.name for path in (folder / "examples").iterdir()} == {"simulate.c", "estimate.c"}
     assert not any("int main" in path.read_text() for path in folder.glob("*.c"))
     readme = (folder / "README.md").read_text()

@@ -140,17 +140,16 @@ def test_positive_numbers_drag_in_marinegym_and_negative_ones_in_a_urdf(tmp_path
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["uuv", "urdf", "marinegym"])
 def test_the_card_is_of_the_numbers_and_says_that_the_simulator_was_not_run(
-    key, campaign, planar, tmp_path, refused
+    key, campaign, planar, export, refused
 ):
-    published, log = hd.published["vt690-sname2022"], campaign.test.between(0.0, 5.0)
-    card = hd.export(published, campaign.vehicle, key, tmp_path / "a", log=log, force=True)
+    card = export(key, log=campaign.test.between(0.0, 5.0), force=True)
     assert not card.exact
     assert card.replays.source_to_target.rms > 0.0
     assert card.not_run
     boat, damping, _ = planar
-    refused(VehicleError, lambda: hd.export(damping, boat, key, tmp_path / "b"))
+    refused(VehicleError, export, key, damping, "b", boat)
     righted = hd.Damping.from_dict(None, {"X_u": -1.0, "K_wdown_y": 3.0})
-    refused(ModelError, lambda: hd.export(righted, hd.fleet["bluerov2"], key, tmp_path / "b"))
+    refused(ModelError, export, key, righted, "b", hd.fleet["bluerov2"])
 
 
 @pytest.mark.slow

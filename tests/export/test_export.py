@@ -3,7 +3,7 @@
 import hashlib
 import json
 from dataclasses import dataclass, replace
-from pathlib import Path
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +11,6 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import FileError, MethodError, ModelError, ProblemError, PropulsionWarning
-from hydrodamp.export import c99
 from hydrodamp.export.fidelity import Fidelity, Replays, wrench_errors
 from hydrodamp.export.plant import ExportedPlant, States
 from hydrodamp.export.scripts import Python
@@ -20,7 +19,7 @@ from hydrodamp.export.verification import VerificationRun, sample_states
 from hydrodamp.identification.dissipativity import operating_box
 from hydrodamp.results import MANIFEST
 
-PUBLISHED = hd.published["vt690-sname2022"]
+from .conftest import PUBLISHED, level_log
 
 
 @dataclass(frozen=True)
@@ -39,17 +38,29 @@ class Linear(Python):
         return super().render_files(replace(plant, damping=damping))
 
 
+def record_wrench(campaign):
+    """Return the test log with a wrench in the place of its commands."""
+    log, bare = campaign.exact_test, replace(campaign.vehicle, weight=0.0, buoyancy=0.0)
+    named = {name: log.command(name) for name in log.command_names}
+    wrench = bare.known_wrench(log.velocity, log.down, named)
+    return replace(log, wrench=wrench, commands=np.empty((log.n, 0)), command_names=())
+
+
+LOGS = {"none": lambda _: None, "commands": lambda it: it.test, "wrench": record_wrench}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("with_log", [True, False])
-def test_an_exact_export_is_the_same_but_for_rounding(campaign, tmp_path, with_log):
-    log = campaign.test if with_log else None
-    card = hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "a", log=log)
+@pytest.mark.parametrize("kind", LOGS)
+def test_an_exact_export_is_the_same_but_for_rounding(kind, campaign, export, tmp_path):
+    card = export(log=LOGS[kind](campaign))
     assert card.exact
     assert max(card.wrench_error.values()) < 1e-10
     assert "rounding" in str(card)
+    assert "at a tenth" not in str(card)
     assert card.power["source"] == card.power["target"]
-    assert (card.replays is not None) == with_log
-    if card.replays:
+    assert (card.inputs == ("wrench",)) == (kind == "wrench")
+    assert (card.replays is None) == (kind == "none")
+    if kind != "none":
         assert card.replays.source_to_target.rms < 1e-12
         assert card.replays.source_to_log.rms == pytest.approx(card.replays.target_to_log.rms)
     written = json.loads((tmp_path / "a" / "fidelity.json").read_text("utf-8"))
@@ -57,136 +68,145 @@ def test_an_exact_export_is_the_same_but_for_rounding(campaign, tmp_path, with_l
 
 
 @pytest.mark.slow
-def test_a_recorded_wrench_takes_the_place_of_actuators(campaign, tmp_path):
-    log = campaign.exact_test
-    named = {name: log.command(name) for name in log.command_names}
-    bare = replace(campaign.vehicle, weight=0.0, buoyancy=0.0)
-    wrench = bare.known_wrench(log.velocity, log.down, named)
-    driven = replace(log, wrench=wrench, commands=np.empty((log.n, 0)), command_names=())
-    card = hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "a", log=driven)
-    assert card.inputs == ("wrench",)
-    assert card.replays.source_to_target.rms < 1e-12
-
-
-@pytest.mark.slow
-def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, tmp_path, refused):
-    card = hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "a", log=campaign.test)
+def test_terms_a_target_cannot_hold_are_fitted_where_the_log_sailed(campaign, export, refused):
+    card = export(Linear(), log=campaign.test)
     assert not card.exact
     assert "X_u|u|" in card.projected
     assert 0.1 < card.wrench_error["X"] < 50.0
+    assert card.slow_error["X"] > 2.0 * card.wrench_error["X"]  # linear drag is no quadratic one
     assert card.replays.source_to_target.rms > 0.01
     assert "Projected terms: " in str(card)
-    refused(MethodError, lambda: hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "b"))
-    again = hd.export(
-        *(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "b"),
-        box=operating_box(
-            VerificationRun.of(ExportedPlant.of(campaign.vehicle, PUBLISHED), campaign.test).problem
-        ),
-    )
-    assert again.projected == card.projected
+    assert "at a tenth of these velocities: X " in str(card)
+    assert card.box.startswith("u 1.64 to ")  # that of the log, as in the report
+    refused(MethodError, export, Linear(), name="b")
+    plant = ExportedPlant.of(campaign.vehicle, PUBLISHED)
+    box = operating_box(VerificationRun.of(plant, campaign.test).problem)
+    assert export(Linear(), name="b", box=box).projected == card.projected
 
 
 @pytest.mark.slow
-def test_a_projection_that_diverges_is_refused_unless_forced(campaign, tmp_path, refused):
-    wild, out = Linear(factor=-5.0), tmp_path / "a"
-    refused(MethodError, hd.export, PUBLISHED, campaign.vehicle, wild, out, log=campaign.test)
+@pytest.mark.parametrize("factor", [-5.0, 3.0])
+def test_a_projection_worse_than_no_damping_is_refused_unless_forced(
+    factor, campaign, export, tmp_path, refused
+):
+    """Negative damping diverges as well."""
+    form = Linear(factor=factor)
+    refused(MethodError, export, form, log=campaign.test)
     assert not [*tmp_path.iterdir()]
-    card = hd.export(PUBLISHED, campaign.vehicle, wild, out, log=campaign.test, force=True)
-    assert card.replays.target_to_log.diverged
-    assert "diverged after" in str(card)
+    card = export(form, log=campaign.test, force=True)
+    assert card.wrench_error["X"] > 100.0
+    assert bool(card.replays.target_to_log.diverged) == (factor < 0.0)
+    assert ("diverged after" in str(card)) == (factor < 0.0)
 
 
 @pytest.mark.slow
-def test_what_could_not_be_run_is_said(campaign, tmp_path):
+def test_the_error_of_no_damping_is_100_percent(campaign, export):
+    card = export(Linear(factor=0.0), log=campaign.test, force=True)
+    assert card.wrench_error["X"] == pytest.approx(100.0)
+
+
+@pytest.mark.slow
+def test_what_could_not_be_run_is_said(campaign, export):
     class Elsewhere(Python):
         def open_engine(self, folder, plant):
             raise NotRun("its simulator is not installed")
 
-    card = hd.export(PUBLISHED, campaign.vehicle, Elsewhere(), tmp_path / "a", log=campaign.test)
+    card = export(Elsewhere(), log=campaign.test)
     assert "Not run: its simulator is not installed." in str(card)
     assert card.replays is None
     assert card.wrench_error["X"] < 1e-10
     assert "not from the files" in str(card)
 
 
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 @pytest.mark.slow
-def test_an_export_replaces_the_files_of_an_earlier_one_alone(campaign, tmp_path, refused):
+def test_an_export_replaces_the_files_of_an_earlier_one_alone(export, tmp_path, refused):
     out = tmp_path / "deep" / "a"
-    hd.export(PUBLISHED, campaign.vehicle, "c", out)
-    mine = {out / "controller.c": "mine", out / ".git" / "HEAD": "mine", out / "new" / "x": "mine"}
-    for path, text in mine.items():
+    export("c", name="deep/a")
+    mine = {out / "controller.c", out / ".git" / "HEAD", out / "new" / "x"}
+    for path in mine:
         path.parent.mkdir(exist_ok=True)
-        path.write_text(text)
-    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out)
-    hd.export(PUBLISHED, campaign.vehicle, "python", out, force=True)
-    left = {path for path in out.rglob("*") if path.is_file()}
-    assert left == {*mine, out / "auv_vt690.py", out / "fidelity.json", out / MANIFEST}
-    assert all(path.read_text() == text for path, text in mine.items())
-    listed = json.loads((out / "fidelity.json").read_text("utf-8"))["files"]
-    digest = hashlib.sha256((out / "auv_vt690.py").read_bytes()).hexdigest()
-    assert listed == {"auv_vt690.py": digest}
+        path.write_text("mine")
+    refused(FileError, export, "c", name="deep/a")
+    (out / "examples" / "simulate.c").unlink()  # what is gone is no work lost
+    export(name="deep/a", force=True)
+    left = contents(out)
+    assert {*left} == {*mine, out / "auv_vt690.py", out / "fidelity.json", out / MANIFEST}
+    assert {left[path] for path in mine} == {b"mine"}
+    listed = json.loads(left[out / "fidelity.json"])["files"]
+    assert listed == {"auv_vt690.py": hashlib.sha256(left[out / "auv_vt690.py"]).hexdigest()}
     assert [*out.parent.iterdir()] == [out]
 
 
-@pytest.mark.slow
-def test_files_that_somebody_edited_or_wrote_are_not_replaced(campaign, tmp_path, refused):
-    out = tmp_path / "a"
-    hd.export(PUBLISHED, campaign.vehicle, "c", out)
-    edited = out / "examples" / "simulate.c"
-    edited.write_text("my loop")
-    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out, force=True)
-    edited.unlink()  # what is gone is no work lost
-    (out / "fidelity.html").write_text("mine")
-    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "c", out, force=True)
-    (out / "fidelity.html").unlink()
-    (out / "auv_vt690.py").write_text("mine")
-    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    refused(FileError, hd.export, PUBLISHED, campaign.vehicle, "python", out, force=True)
-    assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+def link_nowhere(path):
+    path.symlink_to("nowhere")
 
 
-@pytest.mark.slow
-def test_folders_without_a_list_of_files_are_left_alone(campaign, tmp_path, refused):
-    (tmp_path / "b").mkdir()
-    (tmp_path / "b" / "thesis.tex").write_text("mine")
-    refused(
-        FileError,
-        lambda: hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True),
-    )
-    for listed in ({}, {"files": {"../thesis.tex": ["0"]}}, {"files": {"/etc/hosts": ["0"]}}):
-        (tmp_path / "b" / "fidelity.json").write_text("{}")
-        (tmp_path / "b" / MANIFEST).write_text(json.dumps(listed))
-        refused(
-            FileError,
-            lambda: hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", force=True),
-        )
+def write_own(path):
+    path.write_text("mine")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("target", "name"),
-    [("python", "class"), ("casadi", "mpc"), ("c", "batch"), ("octave", "3 a"), ("fmu", "été */")],
+    ("obstruct", "name"),
+    [
+        (write_own, "auv_vt690.py"),
+        (write_own, "fidelity.html"),
+        (write_own, "motion.c"),
+        (write_own, "examples"),  # to be a folder
+        (link_nowhere, "README.md"),
+    ],
 )
-def test_any_name_and_words_make_files_that_run(tmp_path, target, name):
+def test_what_hydrodamp_did_not_write_is_not_replaced(obstruct, name, export, tmp_path, refused):
+    export()
+    obstruct(tmp_path / "a" / name)
+    before = contents(tmp_path)
+    refused(FileError, export, "c", force=True)
+    assert before == contents(tmp_path)
+    assert (tmp_path / "a" / name).is_symlink() == (obstruct is link_nowhere)
+
+
+def test_a_folder_of_other_files_is_no_export(export, tmp_path, refused):
+    write_own(tmp_path / "thesis.tex")
+    refused(FileError, export, name="", force=True)
+
+
+NAMES = "hd", "*/ x; /*", "sqrt", "norm", "cos", "INPUTS"
+RUN = "python", "c", "octave", "casadi", "jax", "fmu", "mujoco"
+OTHERS = (
+    ("python", "class"),
+    ("casadi", "mpc"),
+    ("c", "batch"),
+    ("octave", "3 a"),
+    ("fmu", "été */"),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("target", "name"), [*product(RUN, NAMES), *OTHERS])
+def test_any_name_and_words_make_files_that_run(target, name, tmp_path):
+    """Names of built-ins, of the files themselves, and of what ends a comment."""
     words = 'a "thesis" \\ of """1999""" */\nand more'
-    vehicle = replace(hd.fleet["vt690"], name=name, source=words)
-    damping = replace(PUBLISHED, vehicle=None)
-    card = hd.export(damping, vehicle, target, tmp_path / "a")
-    if card.not_run:
-        assert "is not installed" in card.not_run or "compiler" in card.not_run
-    assert max(card.wrench_error.values()) < 1e-9
+    vehicle = replace(hd.fleet["bluerov2"], name=name, source=words)
+    card = hd.export(hd.published["bluerov2"], vehicle, target, tmp_path / "a")
+    assert not card.run_error
+    assert "failed: " not in str(card)
+    assert max(card.wrench_error.values()) < (1e-6 if target == "mujoco" else 1e-9)
 
 
 def test_targets_are_found_by_name(refused):
     refused(MethodError, hd.find_target, "pyhton")
 
 
-def test_terms_of_propulsion_need_to_know_it(campaign, tmp_path):
+def test_terms_of_propulsion_need_to_know_it(campaign, export):
     damping = hd.Damping.from_dict(None, {"X_u": -1.0, "X_u^2(eta-1)": 2.0})
     still = replace(campaign.vehicle, actuators=())
     log = replace(campaign.test, wrench=np.zeros((campaign.test.n, 6)), propulsion_ratio=None)
     with pytest.warns(PropulsionWarning), pytest.raises(ProblemError, match="record `eta`"):
-        hd.export(damping, still, "python", tmp_path / "a", log=log)
+        export(damping=damping, vehicle=still, log=log)
 
 
 def test_an_axis_that_the_source_does_not_damp_counts():
@@ -204,26 +224,6 @@ def test_an_axis_that_the_source_does_not_damp_counts():
 
 
 @pytest.mark.slow
-def test_an_earlier_export_stays_where_a_new_file_cannot_take_its_place(tmp_path, monkeypatch):
-    out, opened = tmp_path / "a", Path.open
-    hd.export(PUBLISHED, hd.fleet["vt690"], "c", out)
-    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-
-    def fails(path, *arguments, **options):
-        if path.name == "motion.c" and path.parent.name == "new":
-            raise OSError(28, "No space left on device")
-        return opened(path, *arguments, **options)
-
-    monkeypatch.setattr(Path, "open", fails)
-    with pytest.raises(FileError, match="No space left"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "c", out, force=True)
-    assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    with pytest.raises(FileError, match="No space left"):
-        hd.export(PUBLISHED, hd.fleet["vt690"], "c", tmp_path / "b")
-    assert [*tmp_path.iterdir()] == [out]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("target", ["vrx", "uuv", "urdf", "marinegym", "gz-sim", "stonefish"])
 def test_a_projection_drives_no_vehicle_at_rest(target, campaign):
     """Fitted at cruise alone, where linear and quadratic drag are hardly told apart."""
@@ -236,14 +236,9 @@ def test_a_projection_drives_no_vehicle_at_rest(target, campaign):
     for axis, name in zip("XYZKMN", "uvwpqr", strict=True):
         for term in (name, f"{name}|{name}|"):
             assert values.get(f"{axis}_{term}", 0.0) <= 0.0
-    n = 600
-    drift = hd.Log(
-        0.1 * np.arange(n),
-        np.tile([0.05, 0.0, 0.0, 0.0, 0.0, 0.0], (n, 1)),
-        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
-        commands=np.zeros((n, len(log.command_names))),
-        command_names=log.command_names,
-    )
+    n, names = 600, log.command_names
+    still = {"commands": np.zeros((n, len(names))), "command_names": names}
+    drift = level_log(0.1 * np.arange(n), 0.05 * np.eye(1, 6).repeat(n, axis=0), **still)
     surge = hd.simulate(campaign.vehicle, held, drift, attitude="simulated").velocity[:, 0]
     assert surge.max() <= 0.05
     assert surge[-1] < 0.05
@@ -265,99 +260,22 @@ def test_linear_couplings_of_a_projection_feed_no_slow_motion():
 
 
 @pytest.mark.slow
-def test_the_card_looks_at_low_speeds(campaign, tmp_path):
-    card = hd.export(PUBLISHED, campaign.vehicle, Linear(), tmp_path / "a", log=campaign.test)
-    assert card.slow_error["X"] > 2.0 * card.wrench_error["X"]  # linear drag is no quadratic one
-    assert "at a tenth of these velocities: X " in str(card)
-    assert card.box.startswith("u 1.64 to ")  # that of the log, as in the report
-    exact = hd.export(PUBLISHED, campaign.vehicle, "python", tmp_path / "b", log=campaign.test)
-    assert "at a tenth" not in str(exact)
-
-
-@pytest.mark.slow
-def test_an_export_that_is_worse_than_no_damping_is_refused_unless_forced(
-    campaign, tmp_path, refused
-):
-    doubled = Linear(factor=3.0)
-    refused(
-        MethodError,
-        lambda: hd.export(PUBLISHED, campaign.vehicle, doubled, tmp_path / "a", log=campaign.test),
-    )
-    assert not [*tmp_path.iterdir()]
-    card = hd.export(
-        PUBLISHED, campaign.vehicle, doubled, tmp_path / "a", log=campaign.test, force=True
-    )
-    assert card.wrench_error["X"] > 100.0
-    none = Linear(factor=0.0)
-    card = hd.export(
-        PUBLISHED, campaign.vehicle, none, tmp_path / "b", log=campaign.test, force=True
-    )
-    assert card.wrench_error["X"] == pytest.approx(100.0)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("model", ["fossen", "prestero"])
 def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(
-    model, campaign, tmp_path, refused
+    model, campaign, fitted, export, refused
 ):
     """A diagonal mass matrix is no fault of the model, and no other model would mend it."""
-    damping = hd.identify(
-        hd.catalog[model], campaign.vehicle, campaign.train, hd.LeastSquares()
-    ).damping
-    card = hd.export(damping, campaign.vehicle, "urdf", tmp_path / "a", log=campaign.test)
+    damping = fitted(hd.catalog[model]).damping
+    card = export("urdf", damping, log=campaign.test)
     assert card.exact == (model == "fossen")
     assert not [label for label in card.projected if label.startswith("K")]
     assert card.wrench_error["K"] > 100.0
     assert "coupled added mass" in str(card)
-    refused(
-        MethodError,
-        lambda: hd.export(
-            damping, campaign.vehicle, "stonefish", tmp_path / "b", log=campaign.test
-        ),
-    )
-
-
-@pytest.mark.slow
-def test_a_link_that_leads_nowhere_is_no_file_of_the_export(tmp_path, refused):
-    plant = hd.fleet["bluerov2"], hd.published["bluerov2"]
-    hd.export(plant[1], plant[0], "python", tmp_path / "a")
-    link = tmp_path / "a" / "README.md"
-    link.symlink_to("nowhere")
-    refused(FileError, lambda: hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True))
-    assert link.is_symlink()
-
-
-@pytest.mark.slow
-def test_a_file_in_the_place_of_a_folder_is_named(tmp_path, refused):
-    plant = hd.fleet["bluerov2"], hd.published["bluerov2"]
-    hd.export(plant[1], plant[0], "python", tmp_path / "a")
-    (tmp_path / "a" / "examples").write_text("mine")
-    refused(FileError, lambda: hd.export(plant[1], plant[0], "c", tmp_path / "a", force=True))
-    assert (tmp_path / "a" / "examples").read_text() == "mine"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("target", ["python", "c", "octave", "casadi", "jax", "fmu", "mujoco"])
-@pytest.mark.parametrize("name", ["hd", "*/ x; /*", "sqrt", "norm", "cos", "INPUTS"])
-def test_names_of_built_ins_and_of_the_files_themselves_run(target, name, tmp_path):
-    vehicle = replace(hd.fleet["bluerov2"], name=name)
-    card = hd.export(hd.published["bluerov2"], vehicle, target, tmp_path / "a")
-    assert not card.run_error
-    assert "failed: " not in str(card)
-    assert max(card.wrench_error.values()) < 1e-6
-
-
-@pytest.mark.slow
-def test_what_does_not_compile_is_said_on_the_card(tmp_path, monkeypatch):
-    header = c99.render_header
-    monkeypatch.setattr(c99, "render_header", lambda plant: header(plant) + "\nint;")
-    card = hd.export(PUBLISHED, hd.fleet["vt690"], "c", tmp_path / "a")
-    assert "error" in card.run_error
-    assert "Verdict: failed: " in str(card)
+    refused(MethodError, export, "stonefish", damping, "b", log=campaign.test)
 
 
 @pytest.mark.parametrize("name", hd.published)
-def test_a_published_set_goes_onto_its_own_vehicle_alone(name, tmp_path):
+def test_a_published_set_goes_onto_its_own_vehicle_alone(name):
     damping = hd.published[name]
     for vehicle in hd.fleet.values():
         stamp = damping.vehicle

@@ -9,16 +9,14 @@ import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError, ModelError, VehicleError
-from hydrodamp.export import target
 from hydrodamp.export.gazebo import VRX, GzSim
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.verification import VerificationRun
 from hydrodamp.kernels.core import coriolis
 
-from .conftest import MODELS, coefficients, core, read_back, states, write_export
+from .conftest import MODELS, PAPER, coefficients, core, level_log, read_back, states, write_export
 
 EXACT = ["linear", "mcfarland-whitcomb", "coe", "prestero", "fossen"]
-PUBLISHED = hd.published["vt690-sname2022"]
 TURN = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
 
 dart = pytest.mark.skipif(not find_spec("dartpy"), reason="dartpy is not installed")
@@ -130,10 +128,9 @@ def test_dart_moves_what_is_read_back_as_the_core(plant, tmp_path):
 
 @dart
 @pytest.mark.parametrize(("key", "model"), [("gz-sim", "prestero"), ("vrx", "fossen")])
-def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, tmp_path):
-    model, log = hd.catalog[model], campaign.test.between(0.0, 5.0)
-    damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
-    card = hd.export(damping, finless(campaign.vehicle), key, tmp_path / "a", log=log)
+def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, fitted, export):
+    damping, craft = fitted(hd.catalog[model]).damping, finless(campaign.vehicle)
+    card = export(key, damping, vehicle=craft, log=campaign.test.between(0.0, 5.0))
     assert card.exact
     assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
     assert card.replays.source_to_target.rms < 0.01
@@ -141,11 +138,10 @@ def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, tmp_path)
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.key)
-def test_what_gz_sim_has_not_is_fitted(model, campaign, tmp_path):
-    damping = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares()).damping
-    form, log = GzSim(step=0.02), campaign.test.between(0.0, 2.0)
-    craft = finless(campaign.vehicle)
-    card = hd.export(damping, craft, form, tmp_path / "a", log=log, force=True)
+def test_what_gz_sim_has_not_is_fitted(model, campaign, fitted, export):
+    damping, craft = fitted(model).damping, finless(campaign.vehicle)
+    log = campaign.test.between(0.0, 2.0)
+    card = export(GzSim(step=0.02), damping, vehicle=craft, log=log, force=True)
     assert card.exact == (model.key in EXACT)
     assert max(card.wrench_error[axis] for axis in "XYZN") < (1e-8 if card.exact else 90.0)
 
@@ -156,11 +152,8 @@ def test_half_the_step_of_dart_halves_its_error(tmp_path):
     plant = ExportedPlant.of(hd.fleet["bluerov2-heavy"], damping)
     n = 41
     waves = np.sin(np.outer(0.1 * np.arange(n), [0.5, 0.7, 0.9, 1.1, 1.3, 1.7]) + np.arange(6))
-    level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
     push = waves * [20.0, 20.0, 20.0, 1.0, 1.0, 4.0]
-    drive = VerificationRun.of(
-        plant, hd.Log(0.1 * np.arange(n), 0.0 * waves, wrench=push, attitude=level)
-    )
+    drive = VerificationRun.of(plant, level_log(0.1 * np.arange(n), wrench=push))
     exact, found = drive.simulate_source().velocity, []
     for step in (0.004, 0.002, 0.001):
         folder = write_export(GzSim(step=step), plant, tmp_path)
@@ -170,17 +163,11 @@ def test_half_the_step_of_dart_halves_its_error(tmp_path):
     np.testing.assert_allclose(np.array(found[:-1]) / found[1:], 2.0, rtol=0.02)
 
 
-def test_without_dart_it_is_not_run(tmp_path, monkeypatch):
-    monkeypatch.setattr(target, "find_spec", lambda name: None)
-    card = hd.export(PUBLISHED, hd.fleet["vt690"], "gz-sim", tmp_path / "a")
-    assert "dartpy" in card.not_run
-
-
 def test_the_legacy_path(planar, tmp_path, refused):
     legacy, damping = GzSim(legacy=True), coefficients(hd.catalog["fossen"])
     light = replace(hd.fleet["bluerov2-heavy"], added_mass=np.diag([5.0, 6, 7, 0.1, 0.1, 0.2]))
     whole = replace(light, added_mass=None)
-    for numbers_of, vehicle in ((PUBLISHED, hd.fleet["vt690"]), (damping, whole)):
+    for numbers_of, vehicle in ((PAPER.damping, PAPER.vehicle), (damping, whole)):
         refused(MethodError, hd.export, numbers_of, vehicle, legacy, tmp_path / "a")
     card = hd.export(damping, light, legacy, tmp_path / "a")
     assert ElementTree.parse(tmp_path / "a" / "model.sdf").findtext(".//disable_coriolis") == "true"
@@ -200,13 +187,8 @@ def test_an_actuator_of_unknown_gain_drives_it_from_outside(model, tmp_path):
     extra = {"linear": {}, "uncoupled": {"Y_|v|": -0.5}}[model]
     damping = hd.Damping.from_dict(None, values | extra)
     held = np.random.default_rng(0).uniform(-1.0, 1.0, (n // 10, 2))
-    log = hd.Log(
-        0.1 * np.arange(n),
-        np.zeros((n, 6)),
-        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)),
-        commands=np.repeat(held, 10, axis=0),
-        command_names=("ahead", "turn"),
-    )
+    named = {"commands": np.repeat(held, 10, axis=0), "command_names": ("ahead", "turn")}
+    log = level_log(0.1 * np.arange(n), **named)
     moved = replace(log, velocity=hd.simulate(rov, damping, log).velocity)
     for key in ("gz-sim", "urdf"):
         card = hd.export(damping, rov, key, tmp_path / key, log=moved)
@@ -310,8 +292,7 @@ def test_thrusters_propellers_and_fins_are_joints_with_a_system(tmp_path, curves
 
 
 @dart
-def test_fins_lift_as_the_flow_at_them(campaign, tmp_path):
-    log = campaign.test.between(0.0, 2.0)
-    card = hd.export(PUBLISHED, campaign.vehicle, GzSim(step=0.02), tmp_path / "a", log=log)
+def test_fins_lift_as_the_flow_at_them(campaign, export):
+    card = export(GzSim(step=0.02), log=campaign.test.between(0.0, 2.0))
     assert 1e-6 < card.wrench_error["Y"] < 1.0
     assert card.ignores == "forces of rudder, elevator that no system of gz-sim has (apply them)"

@@ -1,7 +1,6 @@
 """MJCF and its passive force: MuJoCo's accelerations are the core's."""
 
 from dataclasses import replace
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -12,26 +11,20 @@ from hydrodamp.export.plant import FLU, ExportedPlant, States
 from hydrodamp.export.scripts import MuJoCo, execute_module
 from hydrodamp.identification.predicted_error import predict_error
 
-from .conftest import core, write_export
-
-here = pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
-PUBLISHED = hd.published["vt690-sname2022"]
+from .conftest import PUBLISHED, core, write_export
 
 
 @pytest.mark.slow
-@here
-def test_it_sails_as_the_core_but_for_its_step(campaign, tmp_path):
-    log = campaign.test.between(0.0, 5.0)
-    card = hd.export(PUBLISHED, campaign.vehicle, "mujoco", tmp_path / "a", log=log)
+def test_it_sails_as_the_core_but_for_its_step(campaign, export):
+    pytest.importorskip("mujoco")
+    card = export("mujoco", log=campaign.test.between(0.0, 5.0))
     assert card.exact
     assert card.replays.source_to_target.rms < 1e-4
     assert "MuJoCo" in card.run_by
 
 
-@here
 def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_left_alone(tmp_path):
-    import mujoco
-
+    mujoco = pytest.importorskip("mujoco")
     plant = ExportedPlant.of(hd.fleet["vt690"], PUBLISHED)
     write_export(MuJoCo(), plant, tmp_path)
     ball = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
@@ -54,11 +47,9 @@ def test_what_is_applied_at_the_center_of_mass_moves_it_and_other_models_are_lef
 
 
 @pytest.mark.slow
-@here
 def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
     """Each moves as it does alone, and a callback of the user's goes on."""
-    import mujoco
-
+    mujoco = pytest.importorskip("mujoco")
     crafts = {
         name: ExportedPlant.of(hd.fleet[name], hd.published[published])
         for name, published in (("vt690", "vt690-sname2022"), ("bluerov2", "bluerov2"))
@@ -101,10 +92,8 @@ def test_two_vehicles_in_one_model_are_both_in_water(tmp_path):
         np.testing.assert_allclose(together[name], velocity, rtol=1e-9, atol=1e-12)
 
 
-@here
 def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
-    import mujoco
-
+    mujoco = pytest.importorskip("mujoco")
     pwm = hd.Thruster("pwm", (-0.1, 0.2, 0), (0, 0, 1), curve=((1100, -30), (1500, 0), (1900, 40)))
     thrusters = hd.Thruster("port", (0.1, -0.2, 0.05), (3.0, 4.0, 0.0), gain=40, limit=1.0), pwm
     vehicle = replace(hd.fleet["bluerov2"], actuators=thrusters)
@@ -137,27 +126,23 @@ def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
 
 
 @pytest.mark.slow
-@here
-def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(campaign, tmp_path):
-    model, log = hd.catalog["prestero"], campaign.test.between(0.0, 5.0)
-    fit = hd.identify(model, campaign.vehicle, campaign.train, hd.LeastSquares())
-    arguments = fit.damping, campaign.vehicle, "mujoco"
-    card = hd.export(*arguments, tmp_path / "a", log=log, fit=fit)
+def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(campaign, fitted, export):
+    pytest.importorskip("mujoco")
+    fit, log = fitted(hd.catalog["prestero"]), campaign.test.between(0.0, 5.0)
+    card = export("mujoco", fit.damping, log=log, fit=fit)
     band = predict_error(campaign.vehicle, fit, log)
     replayed = hd.simulate(campaign.vehicle, fit.damping, log, attitude="simulated").velocity
     inside = np.abs(replayed - log.velocity) <= band.half_width
     shares = list(card.replays.coverage.values())
     np.testing.assert_allclose(shares, 100.0 * inside.mean(axis=0), atol=3.0)  # Euler or RK steps
     assert f"u {card.replays.target_to_log.fit_by_axis['u']:.0f} % ({shares[0]:.0f} %" in str(card)
-    bare = hd.export(*arguments, tmp_path / "b", log=log)
+    bare = export("mujoco", fit.damping, "b", log=log)
     assert bare.replays.coverage == {}
     assert "Fit of the target to this log: u " in str(bare)
 
 
 def test_locked_axes_and_time_that_stands_are_refused(planar, tmp_path, refused):
     boat, damping, _ = planar
-    refused(
-        VehicleError,
-        lambda: hd.export(damping, replace(boat, axes=("Y", "N")), "mujoco", tmp_path / "a"),
-    )
+    swaying = replace(boat, axes=("Y", "N"))
+    refused(VehicleError, hd.export, damping, swaying, "mujoco", tmp_path / "a")
     refused(MethodError, MuJoCo, step=0.0)

@@ -7,22 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import hydrodamp as hd
-from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Octave
 from hydrodamp.export.verification import attitude_quaternions
 
-from .conftest import write_export
+from .conftest import PAPER, write_export
 
-here = pytest.mark.skipif(
-    not (shutil.which("octave-cli") or shutil.which("octave")), reason="Octave is not installed"
-)
+PROGRAM = shutil.which("octave-cli") or shutil.which("octave")
+here = pytest.mark.skipif(PROGRAM is None, reason="Octave is not installed")
+
+
+def run_octave(folder, *words):
+    subprocess.run([PROGRAM, "--no-init-file", "--quiet", *words], cwd=folder, check=True)
 
 
 @here
 def test_angles_and_a_current(tmp_path):
-    plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    write_export(Octave(), plant, tmp_path)
+    write_export(Octave(), PAPER, tmp_path)
     # With the current, heading north: still in the water, whatever the state is written in.
     lines = (
         "x = [0 0.5 0 0 0 0.2 0 0 0 0.1 0.3 0]';",
@@ -34,31 +34,23 @@ def test_angles_and_a_current(tmp_path):
         "assert(c(1:6), zeros(6, 1), 1e-30); assert(c(8), 0.5);",
         "[~, U, M] = auv_vt690(x); assert(U, 0.5); assert(rows(M), 6);",
     )
-    program = shutil.which("octave-cli") or shutil.which("octave")
-    call = [program, "--no-init-file", "--quiet", "--path", tmp_path, "--eval", " ".join(lines)]
-    subprocess.run(call, check=True)
+    run_octave(tmp_path, "--eval", " ".join(lines))
 
 
 @here
 def test_what_the_page_shows_runs(tmp_path):
-    write_export(
-        Octave(), ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"]), tmp_path
-    )
-    page = (Path(__file__).parents[2] / "docs" / "how-to" / "export" / "octave.md").read_text(
-        "utf-8"
-    )
-    (tmp_path / "page.m").write_text(page.split("```matlab\n")[1].split("```")[0])
-    program = shutil.which("octave-cli") or shutil.which("octave")
-    call = [program, "--no-init-file", "--quiet", "page.m"]
-    subprocess.run(call, cwd=tmp_path, check=True)
+    write_export(Octave(), PAPER, tmp_path)
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "export" / "octave.md"
+    shown = page.read_text("utf-8").split("```matlab\n")[1].split("```")[0]
+    (tmp_path / "page.m").write_text(shown)
+    run_octave(tmp_path, "page.m")
 
 
 def test_a_down_direction_has_an_attitude():
     directions = np.random.default_rng(0).normal(size=(50, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     directions[:3] = [0, 0, 1], [0, 0, -1], [1, 0, 0]
-    w, x, y, z = attitude_quaternions(
-        1.02 * directions
-    ).T  # between two samples lengths are not one
+    longer = 1.02 * directions  # between two samples lengths are not one
+    w, x, y, z = attitude_quaternions(longer).T
     found = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
-    np.testing.assert_allclose(np.transpose(found), 1.02 * directions, atol=1e-15)
+    np.testing.assert_allclose(np.transpose(found), longer, atol=1e-15)

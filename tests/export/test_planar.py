@@ -36,7 +36,7 @@ def split_fixture(planar):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
-def test_it_moves_on_its_axes_as_identified(key, split, tmp_path):
+def test_it_moves_on_its_axes_as_identified(key, split, tmp_path, snapshot):
     boat, damping, log = split
     if key == "vrx":  # has no couplings
         damping = hd.Damping.from_dict(None, {"X_u": -8.0, "Y_v": -40.0, "N_r|r|": -6.0})
@@ -45,16 +45,7 @@ def test_it_moves_on_its_axes_as_identified(key, split, tmp_path):
     assert card.exact
     assert max(card.wrench_error.values()) < 1e-8
     assert card.replays.source_to_log.rms < 1e-9
-    text = " ".join(card.assumed)
-    for part in (
-        "weight 147.1 N",
-        "buoyancy equal",
-        "inertia K",
-        "added mass Z",
-        "Z_w -",
-        "critical",
-    ):
-        assert part in text
+    assert "\n".join(card.assumed) == snapshot
     assert f"Assumed on Z, K and M, which are not identified: {card.assumed[0]}" in str(card)
     assert hd.export(damping, hd.fleet["vt690"], "python", tmp_path / "b").assumed == ()
 

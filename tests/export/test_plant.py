@@ -53,9 +53,7 @@ def test_what_cannot_leave_is_told(refused):
     vehicle = hd.fleet["vt690"]
     lost = hd.Damping.from_dict(None, {"X_u": -1.0, "Y_v": np.nan})
     refused(ModelError, ExportedPlant.of, vehicle, lost)
-    refused(
-        ModelError,
-        lambda: ExportedPlant.of(vehicle, hd.Damping.from_dict(None, {"X_actuation_X": 0.1})),
-    )
+    gains = hd.Damping.from_dict(None, {"X_actuation_X": 0.1})
+    refused(ModelError, ExportedPlant.of, vehicle, gains)
     other = hd.Damping.from_dict(None, {"X_u": -1.0}, vehicle=vehicle_stamp(hd.fleet["remus100"]))
     refused(ModelError, ExportedPlant.of, vehicle, other)

@@ -4,10 +4,9 @@ import numpy as np
 
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion, quaternion_from_euler, rotation_matrices
-from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import Python
 
-from .conftest import ALL_ATOMS, RICH, coefficients
+from .conftest import PAPER, WIDE
 
 
 def module_of(plant, folder):
@@ -20,9 +19,8 @@ def module_of(plant, folder):
 
 def test_the_simulators_euler_step_converges_to_the_replay(campaign, tmp_path):
     log, vehicle = campaign.exact_test.between(0.0, 5.0), campaign.vehicle
-    damping = hd.published["vt690-sname2022"]
-    names = module_of(ExportedPlant.of(vehicle, damping, log), tmp_path)
-    wanted = hd.simulate(vehicle, damping, log, attitude="simulated").velocity[-1]
+    names = module_of(PAPER, tmp_path)
+    wanted = hd.simulate(vehicle, PAPER.damping, log, attitude="simulated").velocity[-1]
     errors = []
     for step in (0.02, 0.01):
         boat = names[f"auv_{vehicle.name}"]()
@@ -43,29 +41,20 @@ def test_the_simulators_euler_step_converges_to_the_replay(campaign, tmp_path):
 
 
 def test_a_current_carries_the_vehicle_along(tmp_path):
-    plant = ExportedPlant.of(hd.fleet["vt690"], hd.published["vt690-sname2022"])
-    boat = module_of(plant, tmp_path)["auv_vt690"](0.5, np.pi / 2)
+    boat = module_of(PAPER, tmp_path)["auv_vt690"](0.5, np.pi / 2)
     nu = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])  # with the water, heading north
     still, _ = boat.dynamics(np.zeros(6), nu, boat.u_actual, np.zeros(3), 0.1)
     np.testing.assert_allclose(still, nu, atol=1e-15)
 
 
 def test_holoocean_is_asked_in_its_own_world(tmp_path):
-    plant = ExportedPlant.of(RICH, coefficients(ALL_ATOMS))
-    names = module_of(plant, tmp_path)
+    names = module_of(WIDE, tmp_path)
     quaternion = quaternion_from_euler(np.array([[0.3, -0.4, 2.0]]))[0]
-    nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(plant.inputs), 0.2)
+    nu, given = np.array([1.0, 0.2, -0.3, 0.1, 0.2, -0.1]), np.full(len(WIDE.inputs), 0.2)
     turn, turned = rotation_matrices(quaternion[None])[0], np.array([1.0, -1.0, -1.0])
     w, x, y, z = quaternion
-    state = np.concatenate(
-        [
-            np.zeros(3),
-            turned * (turn @ nu[:3]),
-            np.zeros(6),
-            turned * (turn @ nu[3:]),
-            [x, -y, -z, w],
-        ]
-    )
+    linear, angular = (turned * (turn @ part) for part in (nu[:3], nu[3:]))
+    state = np.concatenate([np.zeros(3), linear, np.zeros(6), angular, [x, -y, -z, w]])
     found, step = names["holoocean"](state, given), 1e-6
     # The same by differences: move the vehicle for a moment, and look at it from the world.
     at = np.concatenate([nu, np.zeros(3), quaternion])

@@ -83,10 +83,6 @@ def test_what_cannot_be_drawn_is_told(damping, tmp_path, refused):
 
 def test_draws_for_a_form_that_lacks_terms_are_refused(damping, tmp_path, refused):
     """Dropped silently, cross terms such as N_v would leave draws of another model."""
-    refused(
-        MethodError,
-        lambda: hd.export(
-            damping, hd.fleet["bluerov2"], Randomisation(draws=2, form="urdf"), tmp_path / "x"
-        ),
-    )
+    form = Randomisation(draws=2, form="urdf")
+    refused(MethodError, hd.export, damping, hd.fleet["bluerov2"], form, tmp_path / "x")
     assert not (tmp_path / "x").exists()

@@ -9,7 +9,6 @@ import struct
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,10 +20,9 @@ from hydrodamp.errors import MethodError, VehicleError
 from hydrodamp.export.plant import ExportedPlant
 from hydrodamp.export.scripts import execute_module
 from hydrodamp.export.sitl import _FRAMES, SITL
+from table_rows import rows
 
-from .conftest import RICH, write_export
-
-WRONG = json.loads(Path(__file__).with_name("wrong_servos.json").read_text("utf-8"))
+from .conftest import RICH, level_log, write_export
 
 G = 9.80665
 DOFS = "forward", "lateral", "throttle", "roll", "pitch", "yaw"
@@ -93,14 +91,8 @@ def test_the_states_are_those_of_the_replay(autopilot):
         outputs[[0, 1, 8]] = [*pulses[k], heave[k]]
         replies.append(read(ask(packet(k, outputs, rate))))
     commands = np.column_stack([(pulses - 1500.0) / 400.0 * [1.0, -1.0], heave])
-    time, names = np.arange(n + 1) / rate, ("port", "star", "heave")
-    log = hd.Log(
-        time,
-        np.zeros((n + 1, 6)),
-        commands=np.vstack([commands, commands[-1:]]),
-        command_names=names,
-        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (n + 1, 1)),
-    )
+    time, held = np.arange(n + 1) / rate, np.vstack([commands, commands[-1:]])
+    log = level_log(time, commands=held, command_names=("port", "star", "heave"))
     wanted = hd.simulate(ROV, DAMPING, log, attitude="simulated").velocity[1:]
     turn = rotation_matrices(np.array([reply["quaternion"] for reply in replies]))
     velocity = np.array([reply["velocity"] for reply in replies])
@@ -224,7 +216,7 @@ def test_outputs_without_pulses_are_idle(tmp_path):
     np.testing.assert_allclose(module.read_inputs([900] * 16), [-0.3, 0.0, 1100.0, 0.3])
 
 
-@pytest.mark.parametrize("settings", WRONG["servos"])
+@rows(["settings"])
 def test_maps_that_drive_no_vehicle_are_refused(settings, tmp_path, refused):
     refused(MethodError, lambda: hd.export(DAMPING, ROV, SITL(**settings), tmp_path / "a"))
     assert not (tmp_path / "a").exists()
@@ -235,10 +227,9 @@ def test_a_vehicle_that_no_servo_can_drive_is_refused(tmp_path, refused):
 
 
 @pytest.mark.slow
-def test_the_card_replays_a_log_through_the_server(campaign, tmp_path):
-    damping, log = hd.published["vt690-sname2022"], campaign.exact_test.between(0.0, 4.0)
+def test_the_card_replays_a_log_through_the_server(campaign, export):
     form = SITL(servos="1:rudder,2:elevator,3:rpm:-2000:2000", pulse_range="-0.3:0.3")
-    card = hd.export(damping, campaign.vehicle, form, tmp_path / "a", log=log)
+    card = export(form, log=campaign.exact_test.between(0.0, 4.0))
     assert card.replays.source_to_target.rms < 1e-12
     assert "of the server" in card.replays.step
     assert max(card.wrench_error.values()) < 1e-10

@@ -11,7 +11,7 @@ from hydrodamp.errors import MethodError
 from hydrodamp.export.coefficients import Stonefish, box_wrenches
 from hydrodamp.export.plant import ExportedPlant, States
 
-from .conftest import write_export
+from .conftest import PUBLISHED, write_export
 
 SIDES = np.array([0.6, 0.3, 0.2])
 SHAPE = Stonefish(length=6.0, width=3.0, height=2.0)
@@ -109,14 +109,13 @@ def test_linear_drag_of_a_box_comes_back(vehicle, tmp_path):
 
 
 @pytest.mark.slow
-def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, tmp_path, refused):
+def test_multipliers_come_nearest_and_what_drives_is_no_drag(campaign, export, tmp_path, refused):
     damping = hd.Damping.from_dict(None, {"X_u|u|": 3.0})
     folder = write_export(Stonefish(), ExportedPlant.of(hd.fleet["bluerov2"], damping), tmp_path)
     assert multipliers(folder) == [[0.0] * 3] * 2
-    published, log = hd.published["vt690-sname2022"], campaign.test.between(0.0, 2.0)
-    card = hd.export(published, campaign.vehicle, SHAPE, tmp_path / "a", log=log, force=True)
+    card = export(SHAPE, log=campaign.test.between(0.0, 2.0), force=True)
     assert "Stonefish" in card.not_run
-    assert set(card.projected) == {x for x, value in published.as_dict().items() if value}
+    assert set(card.projected) == {x for x, value in PUBLISHED.as_dict().items() if value}
     assert card.power["target"] <= 0.0
     refused(MethodError, Stonefish, height=-1.0)
 

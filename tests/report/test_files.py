@@ -13,6 +13,7 @@ from hydrodamp.kernels.kalman import Noise
 from hydrodamp.report.documents import comparison_document
 from hydrodamp.simulation.replay import HorizonScore
 from hydrodamp.validation.compare import replayed_row
+from table_rows import rows
 
 
 def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
@@ -26,7 +27,7 @@ def test_all_files_are_there_and_none_is_left_over(comparison, tmp_path):
     assert fits == sorted(f"{row.model}.{row.method}" for row in comparison.rows)
 
 
-def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
+def test_the_json_is_strict_and_as_designed(comparison, tmp_path, snapshot):
     hd.write_comparison(comparison, tmp_path)
 
     def refuse(word):
@@ -36,17 +37,9 @@ def test_the_json_is_strict_and_as_designed(comparison, tmp_path):
     document = json.loads(text, parse_constant=refuse)
     assert set(document) == {"format", "version", "verdict", "rows", "units", "provenance"}
     assert document["verdict"]["model"] == "linear"
-    first, second = document["rows"][:2]
-    assert first["coefficients"]["X_u"] == -1.0
-    assert first["rms"] == 0.46
-    assert first["status"] == "ok"
-    assert first["diverged_at"] is None
-    assert second["rms"] is None
-    assert set(second["rms_by_axis"].values()) == {None}
-    assert second["diverged_at"] == [
-        {"segment": "dive", "time": 12.34},
-        {"segment": "turn", "time": 0.1},
-    ]
+    assert document["rows"][0]["coefficients"]["X_u"] == -1.0
+    kept = "rms", "rms_by_axis", "status", "diverged_at"
+    assert [[row[key] for key in kept] for row in document["rows"][:2]] == snapshot
     assert set(document["rows"][3]["coefficients"].values()) == {None}
 
 
@@ -115,23 +108,10 @@ def test_a_pair_that_comes_twice_keeps_both(comparison, tmp_path):
     assert len(hd.read_comparison(tmp_path).rows) == 2
 
 
-@pytest.mark.parametrize(
-    ("name", "place", "value", "words"),
-    [
-        ("comparison.json", None, None, "cannot be read"),
-        ("comparison.json", None, "{", "line 1: cannot be read as JSON"),
-        ("comparison.json", None, "{}", r"2 faults\n  - `rows` is missing\n  - `prov.* is missing"),
-        ("replays.npz", None, None, "cannot be read"),
-        ("replays.npz", None, "text", "cannot be read"),
-        ("fits/linear.ls.json", None, None, "cannot be read"),
-        ("comparison.json", ("rows", 0, "fit"), "../x", r"`rows\[0\].fit` must be"),
-        ("comparison.json", ("provenance", "rate_unit"), "m", "rate_unit` must be"),
-        ("fits/linear.ls.json", ("fit", "status"), ["ok"], "`status` must be one of ok"),
-        ("comparison.json", ("rows", 0, "rms"), "small", r"`rows\[0\].rms` must be a number; got"),
-        ("fits/linear.ls.json", ("fit",), None, "`fit`: it is still empty: fill it in"),
-    ],
-)
-def test_a_spoilt_folder_is_refused_with_the_place(comparison, tmp_path, name, place, value, words):
+@rows(("name", "place", "value"))
+def test_a_spoilt_folder_is_refused_with_the_place(
+    comparison, tmp_path, name, place, value, refused
+):
     """The value is the content of a file, or what is at a place of its document."""
     hd.write_comparison(comparison, tmp_path)
     path = tmp_path / name
@@ -144,8 +124,7 @@ def test_a_spoilt_folder_is_refused_with_the_place(comparison, tmp_path, name, p
     path.unlink()
     if value is not None:
         path.write_text(value if isinstance(value, str) else json.dumps(value), "utf-8")
-    with pytest.raises(FileError, match=words):
-        hd.read_comparison(tmp_path)
+    refused(FileError, hd.read_comparison, tmp_path)
 
 
 def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
@@ -189,7 +168,7 @@ def test_a_fit_says_the_same_after_it_is_saved(comparison, tmp_path):
         assert getattr(again, name) == getattr(fit, name), name
 
 
-def test_a_file_without_the_covariance_of_parameters_reads_back(comparison, tmp_path):
+def test_a_file_without_the_covariance_of_parameters_reads_back(comparison, tmp_path, refused):
     fit = comparison.rows[0].fit
     write_fit(fit, tmp_path)
     (path,) = (tmp_path / "fits").iterdir()
@@ -199,5 +178,4 @@ def test_a_file_without_the_covariance_of_parameters_reads_back(comparison, tmp_
     assert np.array_equal(read_fit(path).joint_covariance, fit.damping.covariance)
     document["fit"]["parameter_covariance"] = [[1.0, 2.0]]
     path.write_text(json.dumps(document), "utf-8")
-    with pytest.raises(hd.HydrodampError, match="parameter_covariance"):
-        read_fit(path)
+    refused(hd.HydrodampError, read_fit, path)

@@ -8,6 +8,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.report.forest import forest_rows, tick_values
 from hydrodamp.report.table import format_interval
+from table_rows import rows
 
 MODEL = hd.DampingModel.from_table({"X": "u v r", "Y": "v"}, key="mine")
 
@@ -63,27 +64,11 @@ def test_one_distant_value_does_not_squeeze_the_others_and_the_true_value_is_dra
     assert row.description.endswith("; true value: 14")
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "expected"),
-    [
-        (-15.92, 35.92, [0.0, 20.0]),
-        (-0.9, 4.1, [0.0, 1.0, 2.0, 3.0, 4.0]),
-        (-2.6e-5, 2.7e-5, [-2e-5, 0.0, 2e-5]),
-    ],
-)
+@rows(("low", "high", "expected"))
 def test_ticks_are_multiples_of_1_2_or_5_with_zero(low, high, expected):
     assert tick_values(low, high) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(
-    ("value", "half", "text"),
-    [
-        (-3.2441, 0.04374, "-3.244 ± 0.044"),
-        (1414.0, 4193.0, "1400 ± 4200"),
-        (1e-9, 2e-10, "1e-09 ± 2e-10"),
-        (5.0, 0.0, "5 ± 0"),
-        (np.nan, 1.0, "- ± 1"),
-    ],
-)
+@rows(("value", "half", "text"))
 def test_half_widths_have_two_significant_digits(value, half, text):
     assert format_interval(value, half) == text

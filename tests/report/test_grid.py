@@ -12,6 +12,7 @@ from hydrodamp.report.table import (
     to_markdown,
     to_text,
 )
+from table_rows import rows
 
 GRID = Table(
     "Errors & more",
@@ -38,19 +39,7 @@ def test_a_terminal_shows_every_word_whole(comparison, width):
         assert all(grid.title in text for grid in grids)
 
 
-@pytest.mark.parametrize(
-    ("value", "word"),
-    [
-        (None, "-"),
-        (float("nan"), "-"),
-        (0.0, "0.000"),
-        (0.0001, "<.001"),
-        (1.23456, "1.235"),
-        (123.456, "123.5"),
-        (12345.6, "12346"),
-        (1.3e7, "1e+07"),
-    ],
-)
+@rows(("value", "word"))
 def test_errors_stand_in_line_and_stay_short(value, word):
     assert error_size(value) == word
 
@@ -76,9 +65,7 @@ def test_control_characters_of_names_do_not_reach_a_table(write):
 
 
 def test_words_that_a_spreadsheet_would_run_are_quoted():
-    grid = Table("", (Column("log", number=False), Column("rms")), (("=cmd|'/c calc'!A0", -0.5),))
-    assert to_csv(grid) == "log,rms\n'=cmd|'/c calc'!A0,-0.5\n"
-    words = ("+1+1", "-x", "@a", "-0.5", "-inf", "a=b", "")
-    rows = tuple((word,) for word in words)
-    lines = to_csv(Table("", (Column("log", number=False),), rows)).splitlines()[1:]
-    assert lines == ["'+1+1", "'-x", "'@a", "-0.5", "-inf", "a=b", '""']
+    words = ("=cmd|'/c calc'!A0", "+1+1", "-x", "@a", "-0.5", "-inf", "a=b", "")
+    grid = Table("", (Column("log", number=False),), tuple((word,) for word in words))
+    expected = ["'=cmd|'/c calc'!A0", "'+1+1", "'-x", "'@a", "-0.5", "-inf", "a=b", '""']
+    assert to_csv(grid).splitlines()[1:] == expected

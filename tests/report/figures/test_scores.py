@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 import hydrodamp as hd
 from hydrodamp.errors import MethodError
@@ -31,14 +30,8 @@ def test_every_row_is_there_and_the_front_joins_the_best(comparison, on_sheet):
     crosses = [line for line in drawn if line.get_marker() == "x"]
     assert len(drawn) == len(comparison.rows)
     assert len(crosses) == sum(row.rms is None for row in comparison.rows) > 0
-    words = [
-        "ls",
-        "ai",
-        "Pareto front",
-        "not converged",
-        "diverged or failed: fossen, coe, uncoupled",
-    ]
-    assert legend(figure) == words
+    marks = ["ls", "ai", "Pareto front", "not converged"]
+    assert legend(figure) == [*marks, "diverged or failed: fossen, coe, uncoupled"]
     names = [text.get_text() for text in panel.get_xticklabels()]
     assert names == ["fossen, 12", "uncoupled, 24", "coe, 33", "linear, 36"]
     faces = {(one.get_color(), one.get_markerfacecolor()) for one in drawn}
@@ -87,11 +80,8 @@ def test_horizons_rise_and_divergence_is_marked(on_sheet):
     on_sheet(figure)
 
 
-def test_nothing_and_mixed_units_are_refused():
-    with pytest.raises(MethodError, match="no score"):
-        horizons_figure({})
+def test_mixed_units_are_refused(refused):
     first = scores({"run": 1.0})
     (one,) = first
     other = (replace(one, score=replace(one.score, rate_unit="rad")),)
-    with pytest.raises(MethodError, match="rate_unit"):
-        horizons_figure({("a", "ls"): first, ("b", "ls"): other})
+    refused(MethodError, horizons_figure, {("a", "ls"): first, ("b", "ls"): other})
