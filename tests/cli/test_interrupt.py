@@ -20,6 +20,7 @@ from hydrodamp.cli.output import handle_errors
 from hydrodamp.identification.adaptive import AdaptiveIdentifier
 from hydrodamp.results import MANIFEST
 from hydrodamp.validation import compare as validation
+from table_rows import rows
 
 from .conftest import interrupted_at, motion, read_until
 
@@ -30,16 +31,14 @@ LINE = (
 )
 
 
-def interrupt_fits(patch, at):
-    patch.setattr(AdaptiveIdentifier, "identify", interrupted_at(at, AdaptiveIdentifier.identify))
+FITS = AdaptiveIdentifier, "identify"
+REPLAYS = validation, "replay"
+DRAWING = report, "draw_diagnostics"
 
 
-def interrupt_replays(patch, at):
-    patch.setattr(validation, "replay", interrupted_at(at, validation.replay))
-
-
-def interrupt_drawing(patch, at):
-    patch.setattr(report, "draw_diagnostics", interrupted_at(at, report.draw_diagnostics))
+def interrupt(patch, place, at):
+    """Interrupt the n-th call of a function at its place, an object and a name."""
+    patch.setattr(*place, interrupted_at(at, getattr(*place)))
 
 
 def document(folder="out"):
@@ -57,14 +56,12 @@ def whole(folder, call):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("interrupt", "at"), [(interrupt_fits, 1), (interrupt_fits, 3), (interrupt_replays, 6)]
-)
+@pytest.mark.parametrize(("place", "at"), [(FITS, 1), (FITS, 3), (REPLAYS, 6)])
 def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
-    interrupt, at, whole, folder, call, monkeypatch
+    place, at, whole, folder, call, monkeypatch
 ):
     with monkeypatch.context() as patch:
-        interrupt(patch, at)
+        interrupt(patch, place, at)
         broken = call(LINE, 130)
     kept = len(list((folder / "out" / "fits").iterdir()))
     assert kept >= 4  # all of ls at least
@@ -82,22 +79,12 @@ def test_a_resumed_run_ends_where_an_uninterrupted_one_does(
     assert "unfinished" not in again["provenance"]
     for name in ("table.md", "table.csv"):
         assert (folder / "out" / name).read_bytes() == (folder / "whole" / name).read_bytes()
-    fits = [
-        {p.name: p.read_bytes() for p in (folder / o / "fits").iterdir()} for o in ("out", "whole")
-    ]
-    assert fits[0] == fits[1]
+    for path in (folder / "whole" / "fits").iterdir():
+        assert (folder / "out" / "fits" / path.name).read_bytes() == path.read_bytes()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("before", "after", "kept"),
-    [
-        ("--train one", "--train two", 0),
-        ("ls,ai", "ls,rls", 4),
-        (",coe", "", 6),
-        ("--out", "--rate-unit rad --out", 8),
-    ],
-)
+@rows(("before", "after", "kept"))
 def test_fits_of_the_same_data_model_and_method_alone_are_taken(before, after, kept, whole, call):
     line = LINE.replace("--out out", "--out whole").replace(before, after)
     there = {path: path.read_bytes() for path in Path("whole/fits").iterdir()}
@@ -116,7 +103,7 @@ def test_resume_needs_a_folder(folder, call):
 
 @pytest.mark.slow
 def test_without_a_folder_finished_rows_are_shown(folder, call, monkeypatch):
-    interrupt_fits(monkeypatch, 1)
+    interrupt(monkeypatch, FITS, 1)
     shown = call(LINE.replace("--out out", ""), 130)
     assert "Incomplete comparison" in shown.stdout
     assert "linear by ls has the least error" in shown.stdout
@@ -128,15 +115,12 @@ def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, mo
     line, home = LINE.replace("--out out", "--out whole"), folder / "whole"
     before = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
     other = line.replace("--train one", "--train two")
-    for interrupt, at in ((interrupt_fits, 1), (interrupt_replays, 6), (interrupt_drawing, 1)):
+    del before[home / MANIFEST]
+    for place, at in ((FITS, 1), (REPLAYS, 6), (DRAWING, 1)):
         with monkeypatch.context() as patch:
-            interrupt(patch, at)
-            said = call(f"{other} --force", 130).stderr
-        after = {path: path.read_bytes() for path in home.rglob("*") if path.is_file()}
-        assert {path: after[path] for path in before if path.name != MANIFEST} == {
-            path: content for path, content in before.items() if path.name != MANIFEST
-        }
-        assert "interrupted" in said
+            interrupt(patch, place, at)
+            assert "interrupted" in call(f"{other} --force", 130).stderr
+        assert {path: path.read_bytes() for path in before} == before
     assert len([*(home / "fits").iterdir()]) > len(whole["rows"])
     assert "holds a finished comparison" in call(f"{line} --resume", 2).stderr  # it is finished
     call(f"{other} --resume")  # its fits are new
@@ -145,7 +129,7 @@ def test_an_interrupted_run_leaves_a_finished_comparison(whole, folder, call, mo
 
 @pytest.mark.slow
 def test_an_interrupted_report_loses_no_row(whole, folder, call, monkeypatch):
-    interrupt_drawing(monkeypatch, 1)
+    interrupt(monkeypatch, DRAWING, 1)
     call(LINE, 130)
     assert document()["rows"] == whole["rows"]
 

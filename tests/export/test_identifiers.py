@@ -80,6 +80,16 @@ def columns(table):
     return np.array([row[1:] for row in rows[1:]], dtype=float).T
 
 
+@pytest.fixture
+def estimate(compile_program):
+    """What runs the example of a library on a log, and returns the numbers of its table."""
+
+    def run(folder, text, *flags):
+        return columns(run_program(compile_program(folder, "examples/estimate.c", *flags), text))
+
+    return run
+
+
 def live(text, vehicle, model):
     """What live runs of all methods tell at last of the lines of a table."""
     line, told = LineParser(), []
@@ -101,13 +111,13 @@ def dive(campaign, tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("what", [str, damage_log], ids=["whole", "damaged"])
-def test_estimates_have_the_bits_of_a_live_run(compile_program, dive, campaign, what):
+def test_estimates_have_the_bits_of_a_live_run(estimate, dive, campaign, what):
     folder, text = dive[0], what(dive[1])
-    found = columns(run_program(compile_program(folder, "examples/estimate.c", *CLEAN), text))
+    found = estimate(folder, text, *CLEAN)
     np.testing.assert_array_equal(found, live(text, campaign.vehicle, MODEL))
 
 
-def test_roll_and_pitch_do_as_well(compile_program, dive, campaign, tmp_path):
+def test_roll_and_pitch_do_as_well(estimate, dive, campaign, tmp_path):
     folder, log = dive[0], campaign.train.between(0.0, 200.0)
     text, angles = in_text(log, tmp_path), euler_from_quaternion(log.attitude)
     head, *lines = text.splitlines()
@@ -117,7 +127,7 @@ def test_roll_and_pitch_do_as_well(compile_program, dive, campaign, tmp_path):
         for time, row, line in zip(log.time.tolist(), angles.tolist(), lines, strict=True)
     ]
     text = "\n".join([head.replace("qw,qx,qy,qz", "roll,pitch,yaw"), *turned])
-    found = columns(run_program(compile_program(folder, "examples/estimate.c"), text))
+    found = estimate(folder, text)
     np.testing.assert_allclose(found, live(text, campaign.vehicle, MODEL), rtol=1e-6)
 
 
@@ -125,7 +135,7 @@ DRIVEN = hd.DampingModel.from_table({"X": "u u^2(eta-1)", "Y": "v r", "N": "r r|
 
 
 @pytest.mark.parametrize("kind", ["commands", "wrench", "eta"])
-def test_a_boat_too_whatever_drives_it(compile_program, planar, tmp_path, kind):
+def test_a_boat_too_whatever_drives_it(estimate, planar, tmp_path, kind):
     boat, _, log = planar
     random = np.random.default_rng(5)
     if kind == "wrench":
@@ -136,9 +146,7 @@ def test_a_boat_too_whatever_drives_it(compile_program, planar, tmp_path, kind):
         log = replace(log, propulsion_ratio=random.uniform(0.8, 1.4, log.n))
     model = DRIVEN if kind == "eta" else hd.catalog["linear"].restricted_to(boat.axes)
     text = in_text(log, tmp_path)
-    found = columns(
-        run_program(compile_program(library(boat, model, tmp_path), "examples/estimate.c"), text)
-    )
+    found = estimate(library(boat, model, tmp_path), text)
     np.testing.assert_array_equal(found, live(text, boat, model))
 
 

@@ -31,11 +31,11 @@ def with_row(table, row, **changes):
     return replace(table, rows=(replace(row, **changes),))
 
 
-def test_everything_is_drawn_with_its_words(examined):
-    found = examined.findings
+def test_everything_is_drawn_with_its_words(sailed, findings):
+    found = findings
     assert names(found) == ["front", "horizons", "replays", "residuals", "power"]
     assert found.not_shown == ()
-    assert found.identifiability.model.labels == examined.table.best().fit.model.labels
+    assert found.identifiability.model.labels == sailed.table.best().fit.model.labels
     for picture in found.pictures:
         root = ElementTree.fromstring(picture.svg)
         assert root.tag.endswith("svg")
@@ -48,13 +48,13 @@ def test_everything_is_drawn_with_its_words(examined):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(examined):
-    row = examined.table.row("fossen", "weak")
-    problem = hd.prepare(examined.vehicle, examined.train, row.fit.model)
+def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(sailed):
+    row = sailed.table.row("fossen", "weak")
+    problem = hd.prepare(sailed.vehicle, sailed.train, row.fit.model)
     wrong = {label: 50.0 * (label == "Y_v") for label in row.fit.model.labels}
     bad = replace(row.fit, damping=hd.Damping.from_dict(row.fit.model, wrong))
     for fit, driven in ((row.fit, False), (bad, True)):
-        found = draw(with_row(examined.table, row, fit=fit), examined.vehicle, examined.train)
+        found = draw(with_row(sailed.table, row, fit=fit), sailed.vehicle, sailed.train)
         said = {one.name: one.caption for one in found.pictures}
         assert said["residuals"].startswith(hd.diagnose(problem, fit.damping)[0])
         assert ("injects energy" in said["power"]) == driven
@@ -65,34 +65,34 @@ def test_captions_say_where_residuals_are_coloured_and_where_damping_drives(exam
     assert "white" in caption.partition("Many residuals")[0]
 
 
-def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(examined):
-    row, band = examined.table.best(), examined.findings.band
-    problem = hd.prepare(examined.vehicle, row.trajectory.log, row.fit.model)
+def test_the_band_is_that_of_the_covariance_with_its_degrees_of_freedom(sailed, findings):
+    row, band = sailed.table.best(), findings.band
+    problem = hd.prepare(sailed.vehicle, row.trajectory.log, row.fit.model)
     freedom = row.fit.uncertainty.degrees_of_freedom
     direct = hd.prediction_band(problem, row.fit.damping, degrees_of_freedom=freedom)
     np.testing.assert_array_equal(band.upper, direct.upper)
     np.testing.assert_allclose(band.velocity, row.trajectory.velocity, atol=1e-9)
-    (replays,) = (one for one in examined.findings.pictures if one.name == "replays")
+    (replays,) = (one for one in findings.pictures if one.name == "replays")
     assert f"95 % band of {row.model} by {row.method}" in replays.caption
 
 
-def test_without_covariance_or_time_there_is_no_band(examined, monkeypatch):
-    row = examined.table.row("fossen", "weak")
-    assert diagnostics.replay_band(examined.vehicle, row) is not None
+def test_without_covariance_or_time_there_is_no_band(sailed, monkeypatch):
+    row = sailed.table.row("fossen", "weak")
+    assert diagnostics.replay_band(sailed.vehicle, row) is not None
     bare = replace(row.fit, damping=replace(row.fit.damping, covariance=None))
     own = replace(row.trajectory, attitude="simulated")
     for changes in ({"fit": bare}, {"trajectory": own}, {"trajectory": None}):
-        assert diagnostics.replay_band(examined.vehicle, replace(row, **changes)) is None
+        assert diagnostics.replay_band(sailed.vehicle, replace(row, **changes)) is None
     monkeypatch.setattr(diagnostics, "MAX_BAND_WORK", 1.0)
-    assert diagnostics.replay_band(examined.vehicle, row) is None
+    assert diagnostics.replay_band(sailed.vehicle, row) is None
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_without_a_score_nothing_is_drawn(examined):
-    rows = examined.table.rows[:2]
+def test_without_a_score_nothing_is_drawn(sailed):
+    rows = sailed.table.rows[:2]
     lost = tuple(replace(row, score=replace(row.score, rms=None)) for row in rows)
-    table = replace(examined.table, rows=lost)
-    found = draw(table, examined.vehicle, examined.train)
+    table = replace(sailed.table, rows=lost)
+    found = draw(table, sailed.vehicle, sailed.train)
     assert found.identifiability is None
     assert names(found) == []
     assert find_selected_row(table) is None
@@ -100,10 +100,10 @@ def test_without_a_score_nothing_is_drawn(examined):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_what_cannot_be_graded_or_drawn_says_why(examined):
-    row = examined.table.row("linear", "ai")
-    short = examined.train.between(0.0, 0.5)
-    found = draw(with_row(examined.table, row), examined.vehicle, short)
+def test_what_cannot_be_graded_or_drawn_says_why(sailed):
+    row = sailed.table.row("linear", "ai")
+    short = sailed.train.between(0.0, 0.5)
+    found = draw(with_row(sailed.table, row), sailed.vehicle, short)
     assert found.identifiability is None
     said = "\n".join(found.not_shown)
     assert "Coefficients are not graded: " in said
