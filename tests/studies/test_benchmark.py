@@ -1,41 +1,33 @@
 """The benchmark: a tiny campaign from end to end, taking up work, and the law of regret."""
 
-import importlib
 import json
 import math
+import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+import benchmark
+import benchmark_campaign
+import benchmark_campaigns as lists
+import benchmark_check
+import benchmark_plans
+import benchmark_tables as tables
+import evidence
+import expert_script
 from conditions import SILENT
 from hydrodamp import Log, catalog
 
-STUDIES = Path(__file__).parents[2] / "studies"
-
-
-@pytest.fixture(name="part")
-def part_fixture(monkeypatch):
-    """A module of the benchmark by the last part of its name."""
-    monkeypatch.syspath_prepend(STUDIES)
-    return lambda name: importlib.import_module(f"benchmark{name}")
-
 
 @pytest.fixture(name="study")
-def study_fixture(part, monkeypatch):
+def study_fixture(monkeypatch):
     """The command, with one campaign of 10 s and one model of 12 coefficients."""
-    study, one = part(""), part("_campaign")
-    sail = one.Sail(part("_plans").published, 0, 10.0)
-    tiny = one.Campaign("tiny", (catalog["fossen"],), sail)
-    monkeypatch.setattr(study, "campaigns", lambda: iter([tiny]))
-    study.kept.cache_clear()
-    return study
-
-
-@pytest.fixture(name="tables")
-def tables_fixture(part):
-    return part("_tables")
+    sail = benchmark_campaign.Sail(benchmark_plans.published, 0, 10.0)
+    tiny = benchmark_campaign.Campaign("tiny", (catalog["fossen"],), sail)
+    monkeypatch.setattr(benchmark, "campaigns", lambda: iter([tiny]))
+    benchmark.kept.cache_clear()
+    return benchmark
 
 
 class Broken:
@@ -69,7 +61,7 @@ def test_one_command_fills_the_table_and_takes_up_where_it_stopped(study, tmp_pa
 
 
 def test_a_failure_is_a_row(study, tmp_path, monkeypatch):
-    monkeypatch.setitem(importlib.sys.modules, "own", importlib.import_module(__name__))
+    monkeypatch.setitem(sys.modules, "own", sys.modules[__name__])
     study.main(tmp_path, methods="ls,own:Broken", workers=1)
     found = {one.method: one for one in study.read_rows(tmp_path / "rows.jsonl")}
     broken = found["own:Broken"]
@@ -80,7 +72,7 @@ def test_a_failure_is_a_row(study, tmp_path, monkeypatch):
     assert "| `own:Broken` | ZeroDivisionError: no luck | 1 |" in text
 
 
-def rows(tables, **errors):
+def rows(**errors):
     """A row a method, on one model and campaign."""
     return [
         tables.Row("c", "m", method, "seen", {"run": error}, "ok", error is None, 1.0)
@@ -88,16 +80,16 @@ def rows(tables, **errors):
     ]
 
 
-def test_regret_is_the_error_over_the_least_one(tables):
+def test_regret_is_the_error_over_the_least_one():
     """At least one, one for the best, infinite for the lost; errors below 0.01 are as good."""
-    found = tables.regrets(rows(tables, a=0.2, b=0.5, c=None))
+    found = tables.regrets(rows(a=0.2, b=0.5, c=None))
     assert {key[2]: value for key, value in found.items()} == {"a": 1.0, "b": 2.5, "c": math.inf}
-    fine = tables.regrets(rows(tables, a=1e-9, b=0.005, c=0.02))
+    fine = tables.regrets(rows(a=1e-9, b=0.005, c=0.02))
     assert [*fine.values()] == [1.0, 1.0, 2.0]
-    assert tables.regrets(rows(tables, a=None, b=None)) == {}
+    assert tables.regrets(rows(a=None, b=None)) == {}
 
 
-def test_the_bar_is_median_share_and_worst(tables):
+def test_the_bar_is_median_share_and_worst():
     """95 of 100 within 1.3 are enough, none above 2, none lost."""
     good = [1.0] * 95 + [1.9] * 5
     assert tables.Summary.of(good).passes
@@ -108,9 +100,8 @@ def test_the_bar_is_median_share_and_worst(tables):
     assert tables.Summary.of([1.0, math.inf]).lost == 1
 
 
-def test_the_list_is_what_the_page_promises(part, monkeypatch):
+def test_the_list_is_what_the_page_promises(monkeypatch):
     """At least 40 are sailed, six or more unseen; no name and no seed twice; files where named."""
-    lists = part("_campaigns")
     monkeypatch.delenv("HYDRODAMP_DATA", raising=False)
     found = list(lists.campaigns())
     assert len(found) == len({one.name for one in found}) >= 40
@@ -130,12 +121,11 @@ def test_the_list_is_what_the_page_promises(part, monkeypatch):
         *((f"{name}/200s", {"rate": 50.0}, 0.01) for name in ("heavy-rov", "tanker")),
     ],
 )
-def test_the_truth_replays_what_really_happened(part, name, change, most):
+def test_the_truth_replays_what_really_happened(name, change, most):
     """True coefficients through the package's replay; else the wrench that the motion asks for."""
-    lists, check = part("_campaigns"), part("_check")
     make = {**lists.SEEN, **lists.UNSEEN}[name]
     logs = replace(make, duration=8.0, conditions=SILENT, **change)()
-    assert check.exact_floor(logs) < most
+    assert benchmark_check.exact_floor(logs) < most
     assert logs.train.velocity.std() > 0.0
 
 
@@ -151,14 +141,12 @@ def test_the_tables_of_a_page_are_replaced(study, tmp_path):
     page.write_text("No marks", encoding="utf-8")
     with pytest.raises(study.typer.BadParameter, match="has no place for tables"):
         study.fill(page, text)
-    ours = (STUDIES.parent / "docs" / "evidence" / "benchmark.md").read_text(encoding="utf-8")
+    ours = (evidence.PAGES / "benchmark.md").read_text(encoding="utf-8")
     assert all(ours.count(mark) == 1 for mark in study.MARKS)
 
 
-def test_the_script_finds_a_vessel_of_its_own_form(part, monkeypatch):
+def test_the_script_finds_a_vessel_of_its_own_form():
     """Accelerations by commands, drag and products are what it fits, whatever the masses are."""
-    monkeypatch.syspath_prepend(STUDIES)
-    script = importlib.import_module("expert_script")
     rng, n, period = np.random.default_rng(0), 1200, 0.1
     held = np.repeat(rng.uniform(-1.0, 1.0, (n // 20, 2)), 20, axis=0)
     velocity = np.zeros((n, 6))
@@ -168,7 +156,7 @@ def test_the_script_finds_a_vessel_of_its_own_form(part, monkeypatch):
         velocity[i + 1, [0, 1, 5]] = velocity[i, [0, 1, 5]] + period * np.array(rate)
     log = Log(period * np.arange(n), velocity, commands=held, command_names=("ahead", "turn"))
     train, test = log.between(0.0, 90.0), log.between(90.0, 120.0)
-    found = script.replay_script(train, test, [0, 1, 5], has_fins=False)
+    found = expert_script.replay_script(train, test, [0, 1, 5], has_fins=False)
     error, free = found - test.velocity, [0, 1, 5]
     assert (error.std(axis=0)[free] < 0.1 * test.velocity.std(axis=0)[free]).all()
     assert not found[:, 2:5].any()

@@ -1,34 +1,31 @@
 """The study of coverage: rows with known answers, and one draw."""
 
 import importlib.util
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import consistency
+import coverage_tables as tables
 import hydrodamp as hd
 from hydrodamp.identification.adequacy import Form
 from hydrodamp.simulation.campaign.conditions import Conditions
+from tables import finish_jobs
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
-@pytest.fixture(name="tables", scope="module")
-def tables_fixture():
-    """The averages and tables."""
-    return importlib.import_module("coverage_tables")
-
-
 @pytest.fixture(name="study")
-def study_fixture(tables, monkeypatch):
+def study_fixture(monkeypatch):
     """The script under a name of its own: ``coverage`` is a tool of the tests."""
-    assert tables
     spec = importlib.util.spec_from_file_location("study_of_coverage", STUDIES / "coverage.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(importlib.sys.modules, spec.name, module)
+    monkeypatch.setitem(sys.modules, spec.name, module)
     spec.loader.exec_module(module)
     return module
 
@@ -37,7 +34,7 @@ def study_fixture(tables, monkeypatch):
     ("half", "spread", "covered", "near"),
     [(1.959964, 1.0, 0.95, 0.9876), (0.979982, 1.0, 0.6730, 0.9876), (3.919928, 2.0, 0.95, 0.7887)],
 )
-def test_shares_are_those_of_the_normal_law(tables, half, spread, covered, near):
+def test_shares_are_those_of_the_normal_law(half, spread, covered, near):
     """2 Phi(1.96) - 1, 2 Phi(0.98) - 1; a quarter of 10 is 2.5 or 1.25 standard deviations."""
     miss = spread * np.random.default_rng(95).standard_normal(4000)
     rows = [
@@ -53,7 +50,7 @@ def test_shares_are_those_of_the_normal_law(tables, half, spread, covered, near)
     assert float(value) == pytest.approx(100.0 * covered, abs=4.0 * float(error))
 
 
-def test_halves_are_compared_where_both_have_the_grade(tables):
+def test_halves_are_compared_where_both_have_the_grade():
     labels, grades = ["X_u", "Y_v", "N_r"], ["determined", "weak", "determined"]
     numbers = [1, 2, 3], [0.3] * 3, [0] * 3
     first = tables.Row("log", tables.MEASURED, "0", "m", labels, *numbers, grades)
@@ -64,7 +61,7 @@ def test_halves_are_compared_where_both_have_the_grade(tables):
     assert "| log | `m` | 2 | 0 | 1 | 0 |" in tables.grades_table([whole, first, other])
 
 
-def test_errors_and_widths_are_ratios_to_the_bound(tables):
+def test_errors_and_widths_are_ratios_to_the_bound():
     bound, draws = [[4.0, 1.0], [1.0, 9.0]], np.random.default_rng(96)
     misses = 1.5 * draws.multivariate_normal([0.0, 0.0], bound, 4000)
     rows = [
@@ -77,7 +74,7 @@ def test_errors_and_widths_are_ratios_to_the_bound(tables):
     assert float(cells[4]) == pytest.approx(1.5, rel=0.03)
 
 
-def test_coverage_is_counted_by_axis(tables):
+def test_coverage_is_counted_by_axis():
     case = "ROV", "m", "push 1", "truth"
     outcomes = [
         tables.Outcome(case, "0", label, "minor", covered, True)
@@ -87,7 +84,6 @@ def test_coverage_is_counted_by_axis(tables):
 
 
 def test_without_pushes_the_bound_is_that_of_whitened_replays():
-    consistency = importlib.import_module("consistency")
     conditions, truth = consistency.CONDITIONS["coloured"], consistency.true_coefficients()
     silent = hd.reenact(duration=15.0, conditions=Conditions(scale=0.0))
     log = replace(silent.exact_train, acceleration=None)
@@ -99,15 +95,14 @@ def test_without_pushes_the_bound_is_that_of_whitened_replays():
 
 
 def test_finished_jobs_are_not_run_again(tmp_path):
-    study_tables = importlib.import_module("tables")
     path, jobs = tmp_path / "rows.jsonl", {"first": lambda: [(1, 2)]}
-    assert study_tables.finish_jobs(path, jobs, lambda *row: row) == [(1, 2)]
+    assert finish_jobs(path, jobs, lambda *row: row) == [(1, 2)]
     jobs |= {"first": lambda: [(0, 0)], "second": lambda: [(3, 4), (5, 6)]}
-    assert study_tables.finish_jobs(path, jobs, lambda *row: row) == [(1, 2), (3, 4), (5, 6)]
+    assert finish_jobs(path, jobs, lambda *row: row) == [(1, 2), (3, 4), (5, 6)]
     assert len(path.read_text().splitlines()) == 2
 
 
-def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study, tables):
+def test_a_draw_of_the_rov_has_a_grade_and_a_target_for_every_coefficient(study):
     truth, found = study.simulate_rov("white", range(1))
     assert truth.labels == found.labels == list(study.ROV(0, 1.0).true().model.labels)
     outcomes = list(tables.compare_with_targets([truth, found]))
