@@ -3,18 +3,22 @@
 import warnings
 from collections import Counter
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hydrodamp as hd
+from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.errors import HydrodampError
 from hydrodamp.ingest.inspection.probe import inspect
 
 SEEDS, PARTS, STEP, N = 300, 10, 0.1, 600
+MEASURED = "kvlcc2_hsva/*_20_*.dat", "kvlcc2_hsva/*_10_*.dat", "esso_osaka/zigzag*.csv"
 MIN_RIGHT = 0.85
 START = datetime(2024, 5, 13, 9, 59, 40, tzinfo=UTC)
 KNOT = 1852.0 / 3600.0
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def sail(rng):
@@ -27,6 +31,15 @@ def sail(rng):
     north = np.cumsum(STEP * (surge * np.cos(heading) - sway * np.sin(heading)))
     east = np.cumsum(STEP * (surge * np.sin(heading) + sway * np.cos(heading)))
     return time, surge, sway, rate, heading, north, east
+
+
+def measured_sail(path):
+    """Return the same of a measured log."""
+    mapping = "kvlcc2-hsva" if path.suffix == ".dat" else EXAMPLES / "esso_osaka/mapping.yaml"
+    log = hd.read_log(path, mapping)
+    log = log.select(max(log.segments, key=len).name)
+    heading = np.unwrap(euler_from_quaternion(log.attitude)[:, 2])
+    return log.elapsed, *log.velocity.T[[0, 1, 5]], heading, *log.position.T[:2]
 
 
 DAY = (START - datetime(1899, 12, 30, tzinfo=UTC)).total_seconds() / 86400.0
@@ -54,9 +67,9 @@ def write_clock(rng, time):
     return CLOCKS[rng.integers(len(CLOCKS))](time, moments)
 
 
-def write_table(rng, path):
-    """Write a table; return the motion."""
-    time, surge, sway, rate, heading, north, east = sail(rng)
+def write_table(rng, path, motion):
+    """Write a table of a motion."""
+    time, surge, sway, rate, heading, north, east = motion
     columns = {}
     is_stated = bool(rng.integers(2))
     place = rng.choice(["none", "named", "ned", "enu", "geographic"])
@@ -111,7 +124,6 @@ def write_table(rng, path):
     separator = rng.choice([",", "\t", ";"])
     rows = [separator.join(columns), *(separator.join(row) for row in zip(*cells, strict=True))]
     path.write_text("\n".join(rows), encoding="utf-8")
-    return surge, sway, rate
 
 
 def judge(path, motion):
@@ -125,9 +137,11 @@ def judge(path, motion):
         log = found.mapping().log(recording)
     except HydrodampError as error:
         return "refused", str(error)
-    faults = [] if abs(np.median(log.steps) / STEP - 1.0) < 0.01 else ["step"]
-    faults += [] if log.n > 0.9 * N else ["samples"]
-    for name, values in zip("uvr", motion, strict=True):
+    time, *speeds = motion[:4]
+    step = np.median(np.diff(time))
+    faults = [] if abs(np.median(log.steps) / step - 1.0) < 0.01 else ["step"]
+    faults += [] if log.n > 0.9 * len(time) else ["samples"]
+    for name, values in zip("uvr", speeds, strict=True):
         ours = log.velocity[:, "uvwpqr".index(name)]
         low, high = np.quantile(values, (0.1, 0.9))
         error = np.abs(np.quantile(ours, (0.1, 0.9)) - (low, high)).max()
@@ -138,16 +152,32 @@ def judge(path, motion):
     return ("flagged" if is_flagged else "wrong"), " ".join(faults)
 
 
+def count_outcomes(folder, seeds, motions):
+    """Return how many drafts are right, refused or flagged; none is wrong without an issue."""
+    outcomes = Counter[str]()
+    for seed in seeds:
+        rng, path = np.random.default_rng(seed), folder / f"{seed}.csv"
+        motion = motions[seed % len(motions)] if motions else sail(rng)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", hd.HydrodampWarning)
+            write_table(rng, path, motion)
+            outcome, reason = judge(path, motion)
+        assert outcome != "wrong", (seed, reason)
+        outcomes[outcome] += 1
+    return outcomes
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 def test_drafts_are_right_or_refuse(tmp_path, part):
-    """Of each part of the seeds none is wrong without an issue, and most are right."""
-    outcomes = Counter[str]()
-    for seed in range(part, SEEDS, PARTS):
-        path = tmp_path / f"{seed}.csv"
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", hd.HydrodampWarning)
-            outcome, reason = judge(path, write_table(np.random.default_rng(seed), path))
-        assert outcome != "wrong", (seed, reason)
-        outcomes[outcome] += 1
+    outcomes = count_outcomes(tmp_path, range(part, SEEDS, PARTS), [])
+    assert outcomes["right"] >= MIN_RIGHT * outcomes.total(), outcomes
+
+
+@pytest.mark.slow
+def test_drafts_of_measured_motions_are_right_or_refuse(tmp_path, measured_logs):
+    folder = measured_logs("kvlcc2_hsva").parent
+    paths = sorted(path for pattern in MEASURED for path in folder.glob(pattern))
+    motions = [*map(measured_sail, paths)]
+    outcomes = count_outcomes(tmp_path, range(5 * len(motions)), motions)
     assert outcomes["right"] >= MIN_RIGHT * outcomes.total(), outcomes
