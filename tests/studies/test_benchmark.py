@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import typer
 
 import benchmark
 import benchmark_campaign
@@ -18,6 +19,7 @@ import evidence
 import expert_script
 from conditions import SILENT
 from hydrodamp import Log, catalog
+from tables import TABLES, replace_table
 
 
 @pytest.fixture(name="study")
@@ -135,14 +137,14 @@ def test_the_tables_of_a_page_are_replaced(study, tmp_path):
     page.write_text("Before\n<!-- tables -->\nold\n<!-- end of tables -->\nafter\n", "utf-8")
     study.main(tmp_path, methods="ls", workers=1, page=page)
     text = page.read_text(encoding="utf-8")
-    assert text.startswith("Before\n<!-- tables -->\n\n**Regret, whole runs, campaigns seen**")
+    assert text.startswith("Before\n<!-- tables -->\n**Regret, whole runs, campaigns seen**")
     assert text.endswith("<!-- end of tables -->\nafter\n")
     assert "old" not in text
     page.write_text("No marks", encoding="utf-8")
-    with pytest.raises(study.typer.BadParameter, match="has no place for tables"):
-        study.fill(page, text)
+    with pytest.raises(typer.BadParameter, match="tables"):
+        replace_table(page, TABLES, text)
     ours = (evidence.PAGES / "benchmark.md").read_text(encoding="utf-8")
-    assert all(ours.count(mark) == 1 for mark in study.MARKS)
+    assert all(ours.count(mark) == 1 for mark in TABLES)
 
 
 def test_the_script_finds_a_vessel_of_its_own_form():
