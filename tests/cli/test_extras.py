@@ -13,7 +13,7 @@ def test_a_missing_reader_and_a_missing_report_are_named_at_once(
     folder, call, monkeypatch, out, extras
 ):
     (folder / "a.parquet").write_bytes(b"PAR1")
-    for package in ("pyarrow", "matplotlib"):
+    for package in ("pyarrow", "pyarrow.parquet", "matplotlib"):
         monkeypatch.setitem(sys.modules, package, None)
     monkeypatch.setattr(
         "hydrodamp.cli.output.find_spec", lambda name: None if name == "matplotlib" else name
