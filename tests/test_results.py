@@ -250,7 +250,8 @@ def test_a_file_that_the_user_named_is_listed_in_a_folder_of_results(home):
 
 @pytest.mark.parametrize(
     "text",
-    ["[]", "{"] + [rf'{{"files": {{"{name}": "1"}}}}' for name in ("../a", r"..\\..\\a", "C:a")],
+    ["[]", "{", "{}"]
+    + [rf'{{"files": {{"{name}": "1"}}}}' for name in ("../a", r"..\\..\\a", "C:a", "/a")],
 )
 def test_a_manifest_that_is_none_is_named(home, text):
     (home / MANIFEST).write_text(text, "utf-8")

@@ -59,10 +59,16 @@ def folder(planar, tmp_path, monkeypatch):
     return tmp_path
 
 
+def write_boat(folder):
+    """Write the files of a boat with rudder and propeller, and of its damping."""
+    shutil.copy(VEHICLES / "boat.yaml", folder)
+    known = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
+    hd.write_damping(hd.Damping.from_dict(None, known), folder / "boat.json")
+
+
 @pytest.fixture
 def boat(folder):
-    """Return the folder, with the file of a boat with rudder and propeller."""
-    shutil.copy(VEHICLES / "boat.yaml", folder)
+    write_boat(folder)
     return folder
 
 

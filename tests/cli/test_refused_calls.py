@@ -13,7 +13,7 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.identification.stepwise import StepwiseSelection
 
-from .conftest import TRUTH, VEHICLES
+from .conftest import TRUTH, write_boat
 
 HERE = Path(__file__).parent
 LINES = (HERE / "refused_calls.txt").read_text("utf-8").splitlines()
@@ -29,12 +29,10 @@ def files(planar, tmp_path_factory):
     home = tmp_path_factory.mktemp("refused")
     for source in (planar, HERE / "spoilt"):
         shutil.copytree(source, home, dirs_exist_ok=True)
-    shutil.copy(VEHICLES / "boat.yaml", home)
+    write_boat(home)
     shutil.copy(home / "a.csv", home / "c.report.html")
     os.link(home / "a.csv", home / "link.csv")
     hd.write_damping(hd.Damping.from_dict(None, TRUTH), home / "d.json")
-    known = {"X_u|u|": -8.0, "Y_v": -30.0, "Y_uv": -20.0, "N_r": -4.0, "N_ur": -8.0}
-    hd.write_damping(hd.Damping.from_dict(None, known), home / "boat.json")
     hd.write_damping(hd.published["vt690-sname2022"], home / "vt690.json")
     return home, {path: path.read_bytes() for path in home.rglob("*.*")}
 

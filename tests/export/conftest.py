@@ -126,7 +126,7 @@ def export(campaign, tmp_path):
 
 
 @pytest.fixture(scope="session")
-def fitted(campaign):
+def fit_model(campaign):
     """What fits a model to the training log of the campaign."""
 
     def fit(model):

@@ -262,10 +262,10 @@ def test_linear_couplings_of_a_projection_feed_no_slow_motion():
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["fossen", "prestero"])
 def test_axes_whose_terms_are_held_are_not_refused_for_the_mass_matrix(
-    model, campaign, fitted, export, refused
+    model, campaign, fit_model, export, refused
 ):
     """A diagonal mass matrix is no fault of the model, and no other model would mend it."""
-    damping = fitted(hd.catalog[model]).damping
+    damping = fit_model(hd.catalog[model]).damping
     card = export("urdf", damping, log=campaign.test)
     assert card.exact == (model == "fossen")
     assert not [label for label in card.projected if label.startswith("K")]

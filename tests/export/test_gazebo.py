@@ -128,8 +128,8 @@ def test_dart_moves_what_is_read_back_as_the_core(plant, tmp_path):
 
 @dart
 @pytest.mark.parametrize(("key", "model"), [("gz-sim", "prestero"), ("vrx", "fossen")])
-def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, fitted, export):
-    damping, craft = fitted(hd.catalog[model]).damping, finless(campaign.vehicle)
+def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, fit_model, export):
+    damping, craft = fit_model(hd.catalog[model]).damping, finless(campaign.vehicle)
     card = export(key, damping, vehicle=craft, log=campaign.test.between(0.0, 5.0))
     assert card.exact
     assert max(card.wrench_error[axis] for axis in "XYZN") < 1e-8
@@ -138,8 +138,8 @@ def test_dart_sails_as_the_core_but_for_its_step(key, model, campaign, fitted, e
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.key)
-def test_what_gz_sim_has_not_is_fitted(model, campaign, fitted, export):
-    damping, craft = fitted(model).damping, finless(campaign.vehicle)
+def test_what_gz_sim_has_not_is_fitted(model, campaign, fit_model, export):
+    damping, craft = fit_model(model).damping, finless(campaign.vehicle)
     log = campaign.test.between(0.0, 2.0)
     card = export(GzSim(step=0.02), damping, vehicle=craft, log=log, force=True)
     assert card.exact == (model.key in EXACT)

@@ -126,9 +126,11 @@ def test_commands_are_actuators_whose_force_acts_on_added_mass(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(campaign, fitted, export):
+def test_the_card_has_the_fit_of_the_simulator_and_its_share_in_the_band(
+    campaign, fit_model, export
+):
     pytest.importorskip("mujoco")
-    fit, log = fitted(hd.catalog["prestero"]), campaign.test.between(0.0, 5.0)
+    fit, log = fit_model(hd.catalog["prestero"]), campaign.test.between(0.0, 5.0)
     card = export("mujoco", fit.damping, log=log, fit=fit)
     band = predict_error(campaign.vehicle, fit, log)
     replayed = hd.simulate(campaign.vehicle, fit.damping, log, attitude="simulated").velocity

@@ -49,15 +49,15 @@ def with_sway(added, std=(0, 0.5, 0, 0, 0, 0), origin="formula"):
 
 
 @pytest.fixture(scope="module")
-def wrong():
+def contradicted_fit():
     """A fit of output error from a guess that is wrong, and its problem."""
     problem = hd.prepare(with_sway(60.0), sail(1), TRUTH.model)
     return problem, hd.OutputError().identify(problem, TRUTH.model)
 
 
 @pytest.mark.slow
-def test_a_wrong_guess_is_estimated_by_default_and_contradicted(wrong):
-    problem, fit = wrong
+def test_a_wrong_guess_is_estimated_by_default_and_contradicted(contradicted_fit):
+    problem, fit = contradicted_fit
     vehicle = problem.vehicle
     assert (fit.status, fit.unconverged) == (hd.Status.OK, ())
     estimate = fit.estimates["A_Y"]
@@ -151,8 +151,8 @@ def test_what_has_no_std_is_exact():
 
 
 @pytest.mark.slow
-def test_another_vehicle_is_not_replaced_by_that_of_a_fit(wrong):
-    _, fit = wrong
+def test_another_vehicle_is_not_replaced_by_that_of_a_fit(contradicted_fit):
+    _, fit = contradicted_fit
     other = replace(BOAT, name="other")
     assert estimated_vehicle(other, fit) is other
     heavy = with_sway(60.0)

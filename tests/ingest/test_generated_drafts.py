@@ -11,10 +11,11 @@ import pytest
 import hydrodamp as hd
 from hydrodamp.data.attitude import euler_from_quaternion
 from hydrodamp.errors import HydrodampError
+from hydrodamp.ingest.inspection.draft import SURE_CONFIDENCE
 from hydrodamp.ingest.inspection.probe import inspect
+from strangers import FLIP, write_columns
 
 SEEDS, PARTS, STEP, N = 300, 10, 0.1, 600
-MEASURED = "kvlcc2_hsva/*_20_*.dat", "kvlcc2_hsva/*_10_*.dat", "esso_osaka/zigzag*.csv"
 MIN_RIGHT = 0.85
 START = datetime(2024, 5, 13, 9, 59, 40, tzinfo=UTC)
 KNOT = 1852.0 / 3600.0
@@ -90,13 +91,11 @@ def write_table(rng, path, motion):
         columns["ROT (deg/min)"] = 60.0 * np.degrees(rate)
         turn, factor = "deg", np.degrees(1.0)
     else:
-        unit, scale = (("m/s", 1.0), ("cm/s", 100.0), ("kn", 1.0 / KNOT))[rng.integers(3)]
-        unit, scale = (unit, scale) if is_stated else ("m/s", 1.0)
+        units = ("m/s", 1.0), ("cm/s", 100.0), ("kn", 1.0 / KNOT)
+        unit, scale = units[rng.integers(3) * is_stated]
         for name, values in zip(names[speed], (surge, sway, rate), strict=True):
-            is_rate = values is rate
-            text = f"{turn}/s" if is_rate else unit
-            label = f"{name} [{text}]" if is_stated else name
-            columns[label] = values * (factor if is_rate else scale)
+            text, size = (f"{turn}/s", factor) if values is rate else (unit, scale)
+            columns[f"{name} [{text}]" if is_stated else name] = values * size
     convention = rng.choice(["true", "opposite", "mathematical", "south"])
     if place not in ("named", "geographic") or speed == "over ground":
         convention = "true"
@@ -176,8 +175,29 @@ def test_drafts_are_right_or_refuse(tmp_path, part):
 
 @pytest.mark.slow
 def test_drafts_of_measured_motions_are_right_or_refuse(tmp_path, measured_logs):
-    folder = measured_logs("kvlcc2_hsva").parent
-    paths = sorted(path for pattern in MEASURED for path in folder.glob(pattern))
-    motions = [*map(measured_sail, paths)]
+    tanks, ponds = measured_logs("kvlcc2_hsva"), measured_logs("esso_osaka")
+    motions = [*map(measured_sail, [*tanks.glob("*_[12]0_*.dat"), *ponds.glob("zigzag*.csv")])]
+    assert len(motions) > 9
     outcomes = count_outcomes(tmp_path, range(5 * len(motions)), motions)
     assert outcomes["right"] >= MIN_RIGHT * outcomes.total(), outcomes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sign", [1.0, FLIP], ids=["down", "up"])
+def test_the_draft_of_a_measured_rov_is_right_but_for_an_unsure_vertical(
+    tmp_path, measured_logs, sign
+):
+    log = hd.read_log(measured_logs("bluerov2_kth") / "run_11_40_38.csv", "bluerov2-kth")
+    parts = *np.split(log.velocity, 2, 1), euler_from_quaternion(log.attitude)
+    names = ["surge", "sway", "heave", "roll_rate", "pitch_rate", "yaw_rate"]
+    names += ["roll", "pitch", "heading"]
+    table = dict(zip(names, np.hstack([part * sign for part in parts]).T, strict=True))
+    table = {"t": log.elapsed, **table, "u1": log.commands[:, 0]}
+    recording = hd.read_recording(write_columns(tmp_path / "a.csv", table))
+    probed = hd.probe(recording)
+    drafted = probed.mapping().log(recording)
+    true = log.velocity[np.searchsorted(log.elapsed, drafted.elapsed)]
+    is_sure = probed.roles.vertical_axis.confidence >= SURE_CONFIDENCE
+    signs = [1.0] if is_sure else [1.0, np.tile(FLIP, 2)]
+    errors = [np.sqrt(np.mean((drafted.velocity - true * each) ** 2, axis=0)) for each in signs]
+    assert any((each < 0.02 * true.std(axis=0)).all() for each in errors)

@@ -72,26 +72,28 @@ def test_after_a_sample_that_lacks_something_a_run_begins(run, rows, kind, form,
         assert record.counts == {"taken": 39, "first": 1, kind: 1, "again": 1}, change
 
 
-def changed(rows, start, stop, change):
+def change_rows(rows, start, stop, change):
     """Change some rows by a function of each."""
     return [*rows[:start], *(row | change(row) for row in rows[start:stop]), *rows[stop:]]
 
 
 SPOILT = {
     "a clock that is set back": (
-        lambda rows: changed(rows, 150, 300, lambda row: {"time": row["time"] - 7200.0}),
+        lambda rows: change_rows(rows, 150, 300, lambda row: {"time": row["time"] - 7200.0}),
         {"taken": 281, "late": 19, "clock": 1},
     ),
     "velocities that leap and stay": (
-        lambda rows: changed(rows, 150, 300, lambda row: {"u": row["u"] - 1.5}),
+        lambda rows: change_rows(rows, 150, 300, lambda row: {"u": row["u"] - 1.5}),
         {"taken": 298, "spike": 2, "leapt": 1},
     ),
     "a command that leaps and stays": (
-        lambda rows: changed(rows, 150, 300, lambda row: {"rpm": 5.0 * row["rpm"]}),
+        lambda rows: change_rows(rows, 150, 300, lambda row: {"rpm": 5.0 * row["rpm"]}),
         {"taken": 298, "spike": 2, "leapt": 1},
     ),
     "a sensor that freezes until it moves": (
-        lambda rows: changed(rows, 100, 200, lambda _: {name: rows[100][name] for name in "uvw"}),
+        lambda rows: change_rows(
+            rows, 100, 200, lambda _: {name: rows[100][name] for name in "uvw"}
+        ),
         {"taken": 221, "frozen": 79, "again": 1},
     ),
     "a sample from the future": (
@@ -99,8 +101,11 @@ SPOILT = {
         {"taken": 301, "gap": 1, "clock": 1},
     ),
     "outliers before a new column": (
-        lambda rows: changed(
-            changed(rows, 150, 152, lambda _: {"rpm": 20_000.0}), 152, 153, lambda _: {"eta": 1.2}
+        lambda rows: change_rows(
+            change_rows(rows, 150, 152, lambda _: {"rpm": 20_000.0}),
+            152,
+            153,
+            lambda _: {"eta": 1.2},
         ),
         {"taken": 297, "spike": 2, "incomplete": 1},
     ),
@@ -109,19 +114,19 @@ SPOILT = {
         {"taken": 299, "incomplete": 1},
     ),
     "a channel that the first row lacks": (
-        lambda rows: [lacking(wrench(rows[0]), "Y"), *map(wrench, rows[1:])],
+        lambda rows: [without_channel(wrench(rows[0]), "Y"), *map(wrench, rows[1:])],
         {"taken": 298, "incomplete": 2},
     ),
     "a channel of one row": (
-        lambda rows: changed(
-            [lacking(wrench(row), "Y") for row in rows], 50, 51, lambda _: {"Y": 0.0}
+        lambda rows: change_rows(
+            [without_channel(wrench(row), "Y") for row in rows], 50, 51, lambda _: {"Y": 0.0}
         ),
         {"taken": 299, "incomplete": 1},
     ),
 }
 
 
-def lacking(row, name):
+def without_channel(row, name):
     return {key: value for key, value in row.items() if key != name}
 
 
@@ -129,11 +134,14 @@ def lacking(row, name):
 @pytest.mark.parametrize("name", SPOILT)
 def test_spoilt_rows_are_counted_by_their_kind(run, rows, name):
     spoil, counts = SPOILT[name]
-    assert run(spoil(rows)).counts == {"first": 1} | counts
+    record = run(spoil(rows))
+    assert record.counts == {"first": 1} | counts
+    lasts = name == "a channel that the first row lacks"
+    assert ("Y" in record.run.state.validator.channels) == lasts
 
 
 def test_samples_that_lack_what_is_needed_are_left_out_until_one_will_do(run, rows):
-    poor = [lacking(row, "rudder") for row in rows[:5]]
+    poor = [without_channel(row, "rudder") for row in rows[:5]]
     record = run([*poor, *rows])
     assert record.counts == {"taken": 300, "first": 1, "incomplete": 5}
     assert "'rudder'" in record.messages[0]
@@ -174,7 +182,7 @@ def test_what_overflows_leaves_the_estimate_as_it_was(run, rows):
     model = hd.DampingModel.from_table({"X": "u u^2 engine^3"}, key="driven")
     driven = [row | {"engine": 0.1 * k % 3.0} for k, row in enumerate(rows)]
     clean = run(driven[:200], model=model)
-    record = run(changed(driven, 200, 300, lambda _: {"engine": 4e9}), model=model)
+    record = run(change_rows(driven, 200, 300, lambda _: {"engine": 4e9}), model=model)
     assert all(math.isfinite(value) for value in record.coefficients)
     assert record.counts["taken"] >= clean.counts["taken"]
 
@@ -202,7 +210,7 @@ ABSENT += [(dict, x) for x in ("u", "rudder")]
 @pytest.mark.parametrize(("form", "name"), ABSENT)
 def test_a_row_without_a_channel_of_the_first_is_left_out(run, rows, form, name):
     model, full = hd.catalog["fossen"], [form(row) for row in rows]
-    poor = [lacking(row, name) if k % 10 == 5 else row for k, row in enumerate(full)]
+    poor = [without_channel(row, name) if k % 10 == 5 else row for k, row in enumerate(full)]
     left_out = [row for k, row in enumerate(full) if k % 10 != 5]
     clean, record = (run(each, model=model) for each in (left_out, poor))
     assert_same(record, clean, incomplete=30)
@@ -211,7 +219,7 @@ def test_a_row_without_a_channel_of_the_first_is_left_out(run, rows, form, name)
 @pytest.mark.slow
 def test_another_form_of_the_attitude_is_not_used(run, rows):
     full = [*map(angles, rows)]
-    assert_same(run(changed(full, 100, 101, lambda _: {"qw": 1.0})), run(full))
+    assert_same(run(change_rows(full, 100, 101, lambda _: {"qw": 1.0})), run(full))
 
 
 STRAY = [

@@ -58,7 +58,7 @@ def test_wild_velocities_are_interpolated_and_named(index, value):
     assert f"`{'uvwpqr'[index]}`: 1 implausible sample" in message
 
 
-def started():
+def start_propeller_once():
     """A propeller that starts once, and a rudder hard over."""
     log = with_command("rpm", slice(None), 0.0)
     rudder, rpm = map(log.command_names.index, ("rudder", "rpm"))
@@ -68,13 +68,13 @@ def started():
     )
 
 
-def pulsed(value):
+def pulse_propeller(value):
     """A single pulse of an idle propeller."""
     noise = np.random.default_rng(1).normal(0.0, 1e-3, CAMPAIGN.train.commands.shape)
     return with_command("rpm", slice(100, 103), value, replace(CAMPAIGN.train, commands=noise))
 
 
-def struck(index, value):
+def add_impact(index, value):
     """An impact that the accelerometer records."""
     log = replace(CAMPAIGN.train, acceleration=np.zeros((CAMPAIGN.train.n, 6)))
     log = set_values(log, "velocity", (np.s_[100:102, index], value))
@@ -88,9 +88,9 @@ def struck(index, value):
         with_command("rpm", slice(100, 150), 9000.0),
         with_command("rpm", slice(None), 0.0),
         with_command("rpm", slice(100, 102), 0.0),
-        started(),
-        *map(pulsed, (9000.0, 12e3, 20e3)),
-        *(struck(index, value) for index, value in ((0, 5.0), (3, 3.0), (5, -2.0))),
+        start_propeller_once(),
+        *map(pulse_propeller, (9000.0, 12e3, 20e3)),
+        *(add_impact(index, value) for index, value in ((0, 5.0), (3, 3.0), (5, -2.0))),
     ],
 )
 def test_steps_pulses_and_impacts_are_kept(log):

@@ -33,11 +33,13 @@ def test_pushes_are_as_strong_and_last_as_stated():
     assert np.max(np.abs(correlation)) < 0.06
 
 
-@pytest.mark.parametrize("name", ["sample_sensor_errors", "sample_disturbances"])
+@pytest.mark.parametrize(
+    "draw",
+    [WHITE_NOISE.sample_sensor_errors, COLOURED.sample_sensor_errors, COLOURED.sample_disturbances],
+)
 @pytest.mark.parametrize(("n_runs", "n_samples"), [(2, 50), (6, 20)])
-def test_beginning_of_a_run_depends_on_its_seed_alone(name, n_runs, n_samples):
+def test_beginning_of_a_run_depends_on_its_seed_alone(draw, n_runs, n_samples):
     """Fewer runs or samples cut the same streams short."""
-    draw = getattr(COLOURED, name)
     np.testing.assert_array_equal(draw(9, n_runs, n_samples), draw(9, 6, 50)[:n_samples, :n_runs])
     assert not np.any(draw(8, n_runs, n_samples) == draw(9, n_runs, n_samples))
 

@@ -151,7 +151,7 @@ def _name_extras(error: HydrodampError, command: str, arguments: Mapping[str, An
     draws = command in _REPORTING_COMMANDS and arguments.get("out") is not None
     is_missing = isinstance(error.__cause__, ImportError)
     if draws and is_missing and not all(map(find_spec, ("jinja2", "matplotlib"))):
-        return f'{error}. Its report needs more packages: pip install "hydrodamp[report]"'
+        return f'{error}. The report needs more packages: pip install "hydrodamp[report]"'
     return str(error)
 
 

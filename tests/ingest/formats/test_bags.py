@@ -84,9 +84,12 @@ def test_any_message_lies_where_rosbags_finds_it(form, data):
     outer = "uint8 first\na/Inner one\na/Inner[2] two\na/Inner[] many\nfloat64 last"
     store.register(typesys.get_types_from_msg(outer, "a/msg/Outer"))
     messages = [_message(store, kinds, data.draw) for _ in range(3)]
-    old, order = form == "ROS 1", {"little_endian": False} if "big" in form else {}
+    old, orders = form == "ROS 1", [{"little_endian": False}, {}] if "big" in form else [{}]
     pack = store.serialize_ros1 if old else store.serialize_cdr
-    raw = [bytes(pack(message, "a/msg/Outer", **order)) for message in messages]
+    raw = [
+        bytes(pack(message, "a/msg/Outer", **orders[k % len(orders)]))
+        for k, message in enumerate(messages)
+    ]
     columns = rosbag.deserialize_columns(raw, "a/msg/Outer", store.fielddefs, aligned=not old)
     assert columns.truncated == []
     for row, message in enumerate(messages):

@@ -33,7 +33,7 @@ def h5py():
     return pytest.importorskip("h5py")
 
 
-def linked(secret):
+def write_linked_file(secret):
     """Return the path of another file that holds a column."""
     return str(write_columns(secret.with_name("other.h5"), {"u": TIME}))
 
@@ -43,7 +43,7 @@ def external_storage(h5py, file, secret):
 
 
 def external_link(h5py, file, secret):
-    file["u"] = h5py.ExternalLink(linked(secret), "/u")
+    file["u"] = h5py.ExternalLink(write_linked_file(secret), "/u")
 
 
 def external_link_in_a_group(h5py, file, secret):
@@ -52,7 +52,7 @@ def external_link_in_a_group(h5py, file, secret):
 
 def virtual_dataset(h5py, file, secret):
     layout = h5py.VirtualLayout((20,), "f8")
-    layout[:] = h5py.VirtualSource(linked(secret), "u", (20,))
+    layout[:] = h5py.VirtualSource(write_linked_file(secret), "u", (20,))
     file.create_virtual_dataset("u", layout)
 
 

@@ -136,9 +136,9 @@ def spoil(content, damage):
 CORPUS = json.loads(Path(__file__).with_suffix(".json").read_text("utf-8"))
 CASES = [pytest.param(True, *row, id=name) for name, *row in CORPUS]
 CASES += [
-    pytest.param(False, files, *row, id=f"{name}-without-arrow")
-    for name, files, *row in CORPUS
-    if isinstance(files, dict)
+    pytest.param(False, source, *row, id=f"{name}-without-arrow")
+    for name, source, *row in CORPUS
+    if isinstance(source, dict) or source in ("noise", "utf16", "long_cell", "late_long_cell")
 ]
 
 

@@ -111,3 +111,13 @@ def test_a_pipe_a_socket_and_a_dangling_link_are_named_and_not_waited_for(tmp_pa
     assert "pipe.csv: it is a pipe" in notes
     assert "link.csv: it is a link" in notes
     assert len(expand_addresses([str(tmp_path)])) == 3
+
+
+@rows("names, topics")
+def test_files_have_the_same_topics_in_a_folder_and_joined(tmp_path, names, topics):
+    paths = [tmp_path / name for name in names]
+    for path in paths:
+        path.write_text("t,a\n0,1\n1,2\n2,4\n", "utf-8")
+    joined = files.read_files("+".join(map(str, paths)))
+    assert [topic.name for topic in joined.topics] == topics
+    assert [topic.name for topic in files.read_files(tmp_path).topics] == topics

@@ -1,8 +1,5 @@
 """Canonical names need no mapping in any flat format."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,7 +9,6 @@ from hydrodamp.ingest.read import canonical_record, read_log, read_recording
 from strangers import write_columns
 from table_rows import rows
 
-Write = Callable[..., Path]
 TIME = np.arange(0, 5, 0.1)
 COLUMNS = {
     "time": TIME,

@@ -1,7 +1,6 @@
 """Errors: levels as stated, streams apart."""
 
 import numpy as np
-import pytest
 
 from hydrodamp.simulation.campaign.conditions import WHITE_NOISE
 
@@ -22,11 +21,3 @@ def test_white_channels_runs_and_samples_are_independent():
     columns = np.concatenate((errors[1:, 0], errors[1:, 1], errors[:-1, 0]), axis=1)
     correlation = np.corrcoef(columns.T) - np.eye(columns.shape[1])
     assert np.max(np.abs(correlation)) < 0.05
-
-
-@pytest.mark.parametrize(("n_runs", "n_samples"), [(2, 50), (6, 20)])
-def test_beginning_of_a_run_depends_on_its_seed_alone(n_runs, n_samples):
-    """Fewer runs or samples cut the same streams short."""
-    draw = WHITE_NOISE.sample_sensor_errors
-    np.testing.assert_array_equal(draw(9, n_runs, n_samples), draw(9, 6, 50)[:n_samples, :n_runs])
-    assert not np.any(draw(8, n_runs, n_samples) == draw(9, n_runs, n_samples))

@@ -1,8 +1,10 @@
-"""The README keeps its word: its Python runs, its commands exist."""
+"""README and CONTRIBUTING agree with the repository: model, commands, files of the root."""
 
 import re
+import subprocess
 from pathlib import Path
 
+import pytest
 import yaml
 
 import hydrodamp as hd
@@ -30,3 +32,15 @@ def test_a_shell_finds_the_commands_of_an_environment():
 def test_it_names_every_command():
     names = {c.name or c.callback.__name__ for c in app.registered_commands}
     assert not [name for name in names if f"hydrodamp {name}" not in README]
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="this is no git checkout")
+def test_the_root_holds_only_what_contributing_lists():
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    table = text.split("| in the root |")[1].split("\n\n")[0]
+    listed = {
+        name for row in table.splitlines() for name in re.findall("`([^`]+)`", row.split("|")[1])
+    }
+    call = ["git", "ls-files", "-z"]
+    files = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert {name.split("/")[0] for name in files.split("\0") if name} == listed
