@@ -10,23 +10,20 @@ from scipy.integrate import solve_ivp
 import hydrodamp as hd
 from hydrodamp.errors import HydrodampError
 from hydrodamp.experiment_design import ship_manoeuvres
-from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, imo_limits
+from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, hull_length, imo_limits
 from hydrodamp.report.manoeuvre_report import describe_conditions, describe_verdict
 from hydrodamp.simulation.problem import vehicle_stamp
+from hydrodamp.vehicle.file import parse_vehicle
+from hydrodamp.vehicle.template import vehicle_template
 from similitude import coefficient_scales, scale_vehicle
 
 #: Nomoto's ship: T r' + r = K delta, without sway; K and T by coefficients of yaw and rudder.
 GAIN, LAG, ANGLE = 0.2, 4.0, np.radians(10.0)
 SHIP = hd.Vehicle("ship", np.diag([1e3, 1e3, 1e3]), 0.0, 0.0, axes=("X", "Y", "N"))
-NOMOTO = {
-    "X_u|u|": -10.0,
-    "X_rps": 1.0,
-    "X_vr": -1e3,  # against the Coriolis force m v r
-    "Y_ur": 1e3,  # against m u r
-    "Y_v": -1e3,
-    "N_r": -1e3 / LAG,
-    "N_rudder": 1e3 * GAIN / LAG,
-}
+NOMOTO = {  # X_vr is against the Coriolis force m v r, Y_ur against m u r
+    "X_u|u|": -10.0, "X_rps": 1.0, "X_vr": -1e3, "Y_ur": 1e3, "Y_v": -1e3,
+    "N_r": -1e3 / LAG, "N_rudder": 1e3 * GAIN / LAG,
+}  # fmt: skip
 
 
 def numbers(result):
@@ -105,15 +102,9 @@ def test_both_sides_of_a_symmetric_ship_are_equal_whatever_the_sign_of_the_rudde
 
 
 FORM = {  # with hull lift and cross-flow drag
-    "X_u|u|": -10.0,
-    "X_rps": 1.0,
-    "Y_uv": -300.0,
-    "N_uv": -400.0,
-    "N_ur": -1200.0,
-    "N_r|r|": -3e3,
-    "Y_u^2*rudder": -60.0,
-    "N_u^2*rudder": 120.0,
-}
+    "X_u|u|": -10.0, "X_rps": 1.0, "Y_uv": -300.0, "N_uv": -400.0, "N_ur": -1200.0,
+    "N_r|r|": -3e3, "Y_u^2*rudder": -60.0, "N_u^2*rudder": 120.0,
+}  # fmt: skip
 
 
 @pytest.mark.slow
@@ -148,6 +139,13 @@ def test_the_draws_follow_the_covariance(monkeypatch):
     assert np.std(rate.draws[1:]) == pytest.approx(0.02 * rate.value, rel=0.4)
     assert rate.band[0] < rate.value < rate.band[1]
     assert result.probability in (0.0, 1.0)
+
+
+@pytest.mark.parametrize("length", [3.0, 7.0, 161.0])
+def test_the_length_is_that_of_a_hull_without_its_added_mass(length):
+    sizes = {"length": length, "beam": length / 6.0, "draft": length / 15.0}
+    text = vehicle_template("tanker", None, "ship", block_coefficient=0.8, **sizes)
+    assert hull_length(parse_vehicle(text)) == pytest.approx(length, rel=0.01)
 
 
 def test_limits_are_those_of_the_resolution():

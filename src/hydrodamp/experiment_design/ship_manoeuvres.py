@@ -137,7 +137,7 @@ def evaluate_ship(
         raise ProblemError(f"'{vehicle.name}' must be free in X, Y and N; its axes are {axes}.")
     ranges = {} if fit is None else fit.training_range
     speed = float(np.mean(ranges.get("u", (0.0, 0.0)))) if speed is None else speed
-    length = (estimate_length(vehicle) or 0.0) if length is None else length
+    length = hull_length(vehicle) if length is None else length
     draws = draw_ensemble(vehicle, damping, N_DRAWS).dampings
     demand(0.0 < speed < np.inf, "speed", "positive, in m/s", speed)
     demand(0.0 < length < np.inf, "length", "positive, in m", length)
@@ -164,6 +164,13 @@ def evaluate_ship(
     numbers.append(Characteristic("spiral", "", "loop width", "deg", width))
     extrapolation = {} if fit is None else {key: _exceedances(ship, runs[key], fit) for key in runs}
     return ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers), extrapolation)
+
+
+def hull_length(vehicle: Vehicle) -> float:
+    """Return four radii of gyration [m], without added mass where it is known; zero if none."""
+    if vehicle.added_mass is not None:
+        vehicle = replace(vehicle, mass_matrix=vehicle.mass_matrix - vehicle.added_mass)
+    return estimate_length(vehicle) or 0.0
 
 
 def _at_crossing(quantity: FloatArray, level: float, values: FloatArray) -> FloatArray:
