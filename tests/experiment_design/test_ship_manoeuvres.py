@@ -55,9 +55,8 @@ def test_the_turning_circle_is_that_of_nomoto(nomoto):
         events=[lambda t, x: x[1] - np.pi / 2.0, lambda t, x: x[1] - np.pi],
         rtol=1e-10,
     ).y_events
-    assert values["starboard", "advance"] == pytest.approx(end[0][0, 2] / 4.0, rel=2e-3)
-    assert values["starboard", "transfer"] == pytest.approx(end[0][0, 3] / 4.0, rel=2e-3)
-    assert values["starboard", "tactical diameter"] == pytest.approx(end[1][0, 3] / 4.0, rel=2e-3)
+    for name, k, axis in (("advance", 0, 2), ("transfer", 0, 3), ("tactical diameter", 1, 3)):
+        assert values["starboard", name] == pytest.approx(end[k][0, axis] / 4.0, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -76,10 +75,9 @@ def test_the_zigzag_is_that_of_nomoto(nomoto):
         if sign * rate < 0.0:
             overshoots.append(np.degrees(np.abs(end[1][0, 1]) - ANGLE))
         rate, heading = end[0][-1]
-    values = {key: each.value for key, each in numbers(nomoto).items()}
-    name = "zigzag 10/10", "starboard"
-    assert values[(*name, "first overshoot")] == pytest.approx(overshoots[0], abs=0.05)
-    assert values[(*name, "second overshoot")] == pytest.approx(overshoots[1], abs=0.05)
+    for name, angle in zip(("first overshoot", "second overshoot"), overshoots, strict=True):
+        value = numbers(nomoto)["zigzag 10/10", "starboard", name].value
+        assert value == pytest.approx(angle, abs=0.05)
 
 
 @pytest.mark.slow
@@ -97,8 +95,8 @@ def test_both_sides_of_a_symmetric_ship_are_equal_whatever_the_sign_of_the_rudde
     opposite = numbers(evaluate(NOMOTO | {"N_rudder": -NOMOTO["N_rudder"]}))
     for (manoeuvre, side, name), each in numbers(nomoto).items():
         other = {"starboard": "port", "port": "starboard", "": ""}[side]
-        assert opposite[manoeuvre, other, name].value == pytest.approx(each.value, abs=1e-9)
-        assert opposite[manoeuvre, side, name].value == pytest.approx(each.value, abs=1e-9)
+        for end in (other, side):
+            assert opposite[manoeuvre, end, name].value == pytest.approx(each.value, abs=1e-9)
 
 
 FORM = {  # with hull lift and cross-flow drag
@@ -127,18 +125,39 @@ def test_only_an_unstable_ship_has_a_loop(lever, is_unstable):
     assert width > 0.5 if is_unstable else width == 0.0
 
 
+def draw_rudders(monkeypatch, spread):
+    """Return the numbers of draws of the rudder's coefficient alone, and the result."""
+    monkeypatch.setattr(ship_manoeuvres, "N_DRAWS", 20)
+    covariance = np.zeros((7, 7))
+    covariance[-1, -1] = (spread * NOMOTO["N_rudder"]) ** 2
+    uncertain = replace(hd.Damping.from_dict(None, NOMOTO), covariance=covariance)
+    result = evaluate_ship(SHIP, uncertain, 2.0, length=4.0, rudder_rate=100.0)
+    return numbers(result), result
+
+
 @pytest.mark.slow
 def test_the_draws_follow_the_covariance(monkeypatch):
-    monkeypatch.setattr(ship_manoeuvres, "N_DRAWS", 20)
-    damping = hd.Damping.from_dict(None, NOMOTO)
-    covariance = np.diag((0.02 * damping.coefficients) ** 2)
-    covariance[:-1] = 0.0  # the rudder alone
-    uncertain = replace(damping, covariance=covariance)
-    result = evaluate_ship(SHIP, uncertain, 2.0, length=4.0, rudder_rate=100.0)
-    rate = numbers(result)["turning circle", "port", "steady yaw rate"]
+    values, result = draw_rudders(monkeypatch, 0.02)
+    rate = values["turning circle", "port", "steady yaw rate"]
     assert np.std(rate.draws[1:]) == pytest.approx(0.02 * rate.value, rel=0.4)
     assert rate.band[0] < rate.value < rate.band[1]
+    assert rate.completed_share == 1.0
     assert result.probability in (0.0, 1.0)
+
+
+def test_an_estimate_may_be_outside_the_band_of_the_draws_that_succeed():
+    way = ship_manoeuvres.Characteristic("stopping", "", "way", "L", np.array([0.0, 1, 2, np.nan]))
+    assert (way.is_outside, way.completed_share) == (True, 2 / 3)
+
+
+@pytest.mark.slow
+def test_a_draw_that_turns_to_the_other_side_has_no_overshoot(monkeypatch):
+    values, _ = draw_rudders(monkeypatch, 1.5)
+    turning, first, second = list(values.values())[15:18]  # of the zigzag 10/10 to port
+    assert 0.0 < turning.completed_share < 1.0
+    for each in (first, second):
+        assert not np.any(np.isfinite(each.draws) & np.isnan(turning.draws))
+        assert np.nanmin(each.draws) >= 0.0
 
 
 @pytest.mark.parametrize("length", [3.0, 7.0, 161.0])

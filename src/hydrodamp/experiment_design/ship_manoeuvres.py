@@ -77,6 +77,17 @@ class Characteristic:
         low, high = np.quantile(finite, [0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0]).tolist()
         return low, high
 
+    @property
+    def completed_share(self) -> float | None:
+        """Share of the draws that succeed; None without draws."""
+        return float(np.isfinite(self.draws[1:]).mean()) if len(self.draws) > 1 else None
+
+    @property
+    def is_outside(self) -> bool:
+        """Whether the number of the estimate is outside the band of the draws."""
+        value, band = self.value, self.band
+        return value is not None and band is not None and not band[0] <= value <= band[1]
+
 
 @dataclass(frozen=True, eq=False)
 class ShipManoeuvres:
@@ -206,10 +217,12 @@ def _measure(ship: Ship, name: str, run: Trajectories) -> list[Characteristic]:
         pairs = {"track reach [L]": path, "head reach [L]": ahead, "time [s]": time}
         numbers = {key: _at_crossing(-states[..., 0], 0.0, each)[:1] for key, each in pairs.items()}
     else:
-        reversed_twice = np.logical_or.accumulate(-heading >= level, axis=0)
+        reversed_once = np.logical_or.accumulate(heading >= level, axis=0)
+        opposite = np.where(reversed_once, -heading, np.nan)
+        reversed_twice = np.logical_or.accumulate(opposite >= level, axis=0)
         ended = np.any(reversed_twice & (yaw_rate >= 0.0), axis=0)
         first = np.fmax.reduce(np.where(reversed_twice, np.nan, heading), axis=0) - level
-        second = np.fmax.reduce(-heading, axis=0) - level
+        second = np.fmax.reduce(opposite, axis=0) - level
         numbers = {
             "initial turning [L]": _at_crossing(heading, level, path),
             "first overshoot [deg]": np.where(reversed_twice.any(axis=0), first, np.nan),

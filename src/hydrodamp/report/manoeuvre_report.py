@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.experiment_design.ship_manoeuvres import SIDES, ShipManoeuvres
+from hydrodamp.experiment_design.ship_manoeuvres import SIDES, Characteristic, ShipManoeuvres
 from hydrodamp.experiment_design.ship_motion import MAX_DURATION
 from hydrodamp.files import as_json
 from hydrodamp.identification.dissipativity import velocity_unit
@@ -32,7 +32,7 @@ IMO, MIN_LENGTH = "IMO resolution MSC.137(76)", 100.0
 def describe_verdict(result: ShipManoeuvres) -> str:
     """Return whether the ship meets the limits, how many draws do, and what is beyond them."""
     exceeded = [
-        f"{each.name} of the {_title(each.manoeuvre, each.side)} "
+        f"{_name(each)} "
         + ("not reached" if each.value is None else f"{each.value:.3g} > {each.limit:.3g}")
         for each in result.characteristics
         if each.limit is not None and not each.draws[0] <= each.limit
@@ -41,6 +41,10 @@ def describe_verdict(result: ShipManoeuvres) -> str:
     chance = "" if share is None else f" ({100.0 * share:.0f} % of the draws meet them)"
     verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
     return f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
+
+
+def _name(each: Characteristic) -> str:
+    return f"{each.name} of the {_title(each.manoeuvre, each.side)}"
 
 
 def _title(name: str, side: str) -> str:
@@ -76,6 +80,11 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
             f"{last * run.period:.3g} s after the order, with `{rudder}` {angle:.3g} deg to "
             f"starboard and `{propeller}` at {run.commands[last, column, ship.propeller]:.4g}."
         )
+    if outside := [_name(each) for each in result.characteristics if each.is_outside]:
+        yield (
+            "The estimate is outside the band of the draws, since motion is not linear in the "
+            f"coefficients and some draws fail: {', '.join(outside)}."
+        )
     for name, velocities in result.extrapolation.items():
         for key, (known, largest, error) in velocities.items():
             scale = np.degrees(1.0) if key in "pqr" else 1.0
@@ -88,23 +97,24 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
 
 
 def manoeuvre_table(result: ShipManoeuvres) -> Table:
-    """Return a row for each number, with its band and limit."""
+    """Return a row for each number: band, share of the draws that have it, and limit."""
     rows = (
         (
             *(each.manoeuvre, each.side, each.name, coefficient(each.value)),
             " to ".join(f"{end:.3g}" for end in each.band) if each.band else NOTHING,
+            NOTHING if each.completed_share is None else f"{100.0 * each.completed_share:.0f} %",
             *(coefficient(each.limit), each.unit),
         )
         for each in result.characteristics
     )
-    header = ("manoeuvre", "side", "number", "value", "95 % band", "IMO limit", "unit")
+    header = ("manoeuvre", "side", "number", "value", "95 % band", "of draws", "IMO limit", "unit")
     notes = tuple(describe_conditions(result))
-    return Table.of_words("Manoeuvres", header, "lllrrrl", rows, notes)
+    return Table.of_words("Manoeuvres", header, "lllrrrrl", rows, notes)
 
 
 def manoeuvre_document(result: ShipManoeuvres) -> dict[str, Any]:
     """Return all numbers for JSON."""
-    keys = ("manoeuvre", "side", "name", "unit", "value", "band", "limit")
+    keys = ("manoeuvre", "side", "name", "unit", "value", "band", "completed_share", "limit")
     return {
         "verdict": describe_verdict(result),
         "meets_limits": bool(result.is_met[:, 0].all()),
@@ -112,11 +122,7 @@ def manoeuvre_document(result: ShipManoeuvres) -> dict[str, Any]:
         "speed": result.ship.speed,
         "length": result.ship.length,
         "notes": [*describe_conditions(result)],
-        "numbers": [
-            {key: getattr(each, key) for key in keys}
-            | {"failed_share": float(np.isnan(each.draws).mean())}
-            for each in result.characteristics
-        ],
+        "numbers": [{key: getattr(each, key) for key in keys} for each in result.characteristics],
     }
 
 
