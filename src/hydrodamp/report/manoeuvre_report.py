@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.experiment_design.ship_manoeuvres import SIDES, Characteristic, ShipManoeuvres
-from hydrodamp.experiment_design.ship_motion import MAX_DURATION
+from hydrodamp.experiment_design.ship_manoeuvres import Characteristic, ShipManoeuvres
+from hydrodamp.experiment_design.ship_motion import CIRCLE, MAX_DURATION, TURN
 from hydrodamp.files import as_json
 from hydrodamp.identification.dissipativity import velocity_unit
 from hydrodamp.report.figures.manoeuvres import manoeuvre_figure, spiral_figure
@@ -37,10 +37,47 @@ def describe_verdict(result: ShipManoeuvres) -> str:
         for each in result.characteristics
         if each.limit is not None and not each.draws[0] <= each.limit
     ]
+    unfinished = [
+        _title(*key)
+        for key, reached in _find_failures(result).items()
+        if any(each.limit is not None for each in reached)
+    ]
+    before = (
+        f" The model does not hold to the end: {', '.join(unfinished)}; the numbers are of the "
+        "motion before."
+    )
     share = result.probability
     chance = "" if share is None else f" ({100.0 * share:.0f} % of the draws meet them)"
     verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
-    return f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
+    return (
+        f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
+        + before * bool(unfinished)
+    )
+
+
+def _find_failures(result: ShipManoeuvres) -> dict[tuple[str, str], list[Characteristic]]:
+    """Return the numbers that the estimate reaches in each simulated manoeuvre that it fails."""
+    groups = dict[tuple[str, str], list[Characteristic]]()
+    for each in result.characteristics:
+        if each.manoeuvre in result.trajectories:
+            groups.setdefault((each.manoeuvre, each.side), []).append(each)
+    reached = {
+        key: [each for each in group if each.value is not None] for key, group in groups.items()
+    }
+    return {key: numbers for key, numbers in reached.items() if len(numbers) < len(groups[key])}
+
+
+def _end(result: ShipManoeuvres, name: str, column: int) -> str:
+    """Return how a run ends that lacks a number."""
+    run, ship = result.trajectories[name], result.ship
+    n = int(np.isfinite(run.states[:, column, 0]).sum())
+    last = run.states[n - 1, column]
+    if np.abs(last[8]) >= np.radians(CIRCLE):
+        return "turns to the other side" if name == TURN else f"turns by {CIRCLE:g} deg"
+    if last[0] <= 0.0:
+        return "stops"
+    longest = MAX_DURATION * ship.time_unit
+    return "does not end" if (n + 1) * run.period > longest else "diverges"
 
 
 def _name(each: Characteristic) -> str:
@@ -66,19 +103,15 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
     for actuator in ship.vehicle.actuators:
         if isinstance(actuator, Limited) and actuator.command == rudder and actuator.limit:
             yield f"`{rudder}` is limited to {np.degrees(actuator.limit):.3g} deg in the vehicle."
-    failed = {(each.manoeuvre, each.side) for each in result.characteristics if each.value is None}
-    for name, side in sorted(
-        failed & {(key, side) for key in result.trajectories for side in ("", *SIDES)}
-    ):
+    for (name, side), reached in _find_failures(result).items():
         run, column = result.trajectories[name], len(result.steady) * (side == "port")
         last = int(np.isfinite(run.states[:, column, 0]).sum()) - 1
         angle = ship.side * np.degrees(run.commands[last, column, ship.rudder]) + 0.0
-        longest = MAX_DURATION * ship.time_unit
-        ends = "does not end" if (last + 2) * run.period > longest else "diverges"
         yield (
-            f"The model cannot hold the {_title(name, side)}: it {ends}, "
+            f"The model cannot hold the {_title(name, side)}: it {_end(result, name, column)}, "
             f"{last * run.period:.3g} s after the order, with `{rudder}` {angle:.3g} deg to "
-            f"starboard and `{propeller}` at {run.commands[last, column, ship.propeller]:.4g}."
+            f"starboard and `{propeller}` at {run.commands[last, column, ship.propeller]:.4g}"
+            + ("; its numbers are of the motion before that." if reached else ".")
         )
     if outside := [_name(each) for each in result.characteristics if each.is_outside]:
         yield (
