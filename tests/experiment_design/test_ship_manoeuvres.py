@@ -202,7 +202,7 @@ WRONG = [
     ({}, {"propeller": "rudder"}, "no value of `rudder` holds 2 m/s"),
     ({}, {"rudder": "rps"}, "`rps` does not turn the ship"),
     ({}, {"speed": 0.0}, "`speed` must be positive"),
-    ({}, {"speed": None}, "`speed` must be positive"),
+    ({}, {"speed": None}, "has no log whose speeds give the approach speed"),
     ({}, {"length": -1.0}, "`length` must be positive"),
     ({}, {"rudder_rate": 0.0}, "`rudder rate` must be positive"),
     ({}, {"vehicle": replace(SHIP, axes=("X", "N"))}, "must be free in X, Y and N"),

@@ -147,7 +147,12 @@ def evaluate_ship(
         axes = " ".join(vehicle.axes)
         raise ProblemError(f"'{vehicle.name}' must be free in X, Y and N; its axes are {axes}.")
     ranges = {} if fit is None else fit.training_range
-    speed = float(np.mean(ranges.get("u", (0.0, 0.0)))) if speed is None else speed
+    if speed is None and "u" not in ranges:
+        raise ProblemError(
+            "the damping has no log whose speeds give the approach speed: state it in m/s by "
+            "`--speed`, in Python by `speed`."
+        )
+    speed = float(np.mean(ranges["u"])) if speed is None else speed
     length = hull_length(vehicle) if length is None else length
     draws = draw_ensemble(vehicle, damping, N_DRAWS).dampings
     demand(0.0 < speed < np.inf, "speed", "positive, in m/s", speed)
