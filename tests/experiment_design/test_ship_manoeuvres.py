@@ -175,7 +175,7 @@ def test_limits_are_those_of_the_resolution():
 
 @pytest.mark.slow
 def test_a_manoeuvre_that_the_model_cannot_hold_keeps_the_numbers_before(snapshot):
-    growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG})
+    growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG, "N_wind_speed": 1.0})
     values = numbers(growing)
     for key in (("zigzag 10/10", "port", "second overshoot"), ("spiral", "", "loop width")):
         assert values[key].value is None

@@ -98,6 +98,8 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
         f"{np.degrees(steady[2]) + 0.0:.1f} deg to starboard; `{propeller}` held at "
         f"{steady[3]:.4g}, reversed for stopping."
     )
+    if unused := [name for name in ship.names if name not in (rudder, propeller)]:
+        yield f"Other commands are held at 0: {', '.join(unused)}."
     if ship.length < MIN_LENGTH:
         yield f"The limits of the IMO are those of ships of {MIN_LENGTH:g} m and more."
     for actuator in ship.vehicle.actuators:
