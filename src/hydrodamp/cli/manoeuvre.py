@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import replace
 from math import radians
 from pathlib import Path
+from typing import Any
 
 from hydrodamp.cli.inputs import read_damping_and_vehicle
 from hydrodamp.cli.output import note, print_output
+from hydrodamp.files import load_json
 from hydrodamp.results import check_results
 
 
@@ -24,6 +28,7 @@ def manoeuvre(
 ) -> None:
     """Simulate turning circle, zigzags, spiral and stopping, and compare with limits of the IMO."""
     from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship
+    from hydrodamp.export.export import list_reservations
     from hydrodamp.report import manoeuvre_report as report
 
     check_results(out, report.RESULTS, force)
@@ -33,6 +38,9 @@ def manoeuvre(
     result = evaluate_ship(
         craft, numbers, speed, fit=fit, length=length, rudder_rate=rate, **commands
     )
+    if fit is not None:
+        reservations = (*_read_verdict(Path(damping)), *list_reservations(fit))
+        result = replace(result, reservations=reservations)
     missing = report.write_manoeuvres(result, out)
     document = report.manoeuvre_document(result)
     verdict = f"Verdict: {document['verdict']}"
@@ -40,3 +48,11 @@ def manoeuvre(
     for message in missing:
         note(message)
     note(f"written to {out}: pictures and manoeuvres.json.")
+
+
+def _read_verdict(damping: Path) -> list[str]:
+    """Return the first line of the verdict that `hydrodamp identify` writes with its fit."""
+    with suppress(KeyError, TypeError):
+        document: Any = load_json(damping)
+        return str(document["verdict"]["text"]).splitlines()[:1]
+    return []

@@ -101,6 +101,7 @@ class ShipManoeuvres:
     extrapolation: dict[str, dict[str, tuple[float, float, float | None]]] = field(
         default_factory=dict
     )
+    reservations: tuple[str, ...] = ()  # of the fit
 
     @property
     def is_met(self) -> BoolArray:

@@ -30,7 +30,7 @@ IMO, MIN_LENGTH = "IMO resolution MSC.137(76)", 100.0
 
 
 def describe_verdict(result: ShipManoeuvres) -> str:
-    """Return whether the ship meets the limits, how many draws do, and what is beyond them."""
+    """Return the reservations, whether the ship meets the limits, and what is beyond them."""
     exceeded = [
         f"{_name(each)} "
         + ("not reached" if each.value is None else f"{each.value:.3g} > {each.limit:.3g}")
@@ -49,10 +49,11 @@ def describe_verdict(result: ShipManoeuvres) -> str:
     share = result.probability
     chance = "" if share is None else f" ({100.0 * share:.0f} % of the draws meet them)"
     verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
-    return (
-        f"{result.ship.vehicle.name} {verb} the limits of {IMO}{chance}{reasons}."
-        + before * bool(unfinished)
-    )
+    subject = result.ship.vehicle.name
+    if result.reservations:
+        subject = f"{' '.join(result.reservations)} With these reservations, {subject}"
+    ends = before if unfinished else ""
+    return f"{subject} {verb} the limits of {IMO}{chance}{reasons}.{ends}"
 
 
 def _find_failures(result: ShipManoeuvres) -> dict[tuple[str, str], list[Characteristic]]:
@@ -152,6 +153,7 @@ def manoeuvre_document(result: ShipManoeuvres) -> dict[str, Any]:
     keys = ("manoeuvre", "side", "name", "unit", "value", "band", "completed_share", "limit")
     return {
         "verdict": describe_verdict(result),
+        "reservations": list(result.reservations),
         "meets_limits": bool(result.is_met[:, 0].all()),
         "probability": result.probability,
         "speed": result.ship.speed,
