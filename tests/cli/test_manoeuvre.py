@@ -33,9 +33,9 @@ def test_the_verdict_begins_with_the_test_of_the_fit_and_its_reservations(boat, 
     damping, vehicle = hd.read_damping(boat / "boat.json"), hd.read_vehicle(boat / "boat.yaml")
     ranges = {"u": (1.0, 1.4), "r": (-0.01, 0.01)}
     fit = hd.Fit(damping, "ls", hd.Status.NOT_CONVERGED, training_range=ranges, vehicle=vehicle)
-    document = fit_document(fit) | {"verdict": {"text": "Not tested: boat.\nFit: none."}}
-    (boat / "fit.json").write_text(as_json(document), "utf-8")
-    found = json.loads(call("manoeuvre fit.json --out trials --json").stdout)
+    content = fit_document(fit) | {"verdict": {"text": "Not tested: boat.\nFit: none."}}
+    (boat / "fit.json").write_text(as_json(content), "utf-8")
+    document = json.loads(call("manoeuvre fit.json --out trials --json").stdout)
     expected = ["Not tested: boat.", *list_reservations(fit)]
-    assert found["reservations"] == expected
-    assert found["verdict"].startswith(" ".join(expected))
+    assert document["reservations"] == expected
+    assert document["verdict"].startswith(" ".join(expected))

@@ -124,14 +124,28 @@ def test_only_an_unstable_ship_has_a_loop(lever, is_unstable):
     assert width > 0.5 if is_unstable else width == 0.0
 
 
-def draw_rudders(monkeypatch, spread):
+def draw_rudders(monkeypatch, spread, neutral=0.0):
     """Return the numbers of draws of the rudder's coefficient alone, and the result."""
     monkeypatch.setattr(ship_manoeuvres, "N_DRAWS", 20)
-    covariance = np.zeros((7, 7))
-    covariance[-1, -1] = (spread * NOMOTO["N_rudder"]) ** 2
-    uncertain = replace(hd.Damping.from_dict(None, NOMOTO), covariance=covariance)
-    result = evaluate_ship(SHIP, uncertain, 2.0, length=4.0, rudder_rate=100.0)
+    gain, known = NOMOTO["N_rudder"], {"r": (-0.01, 0.01)}
+    damping = hd.Damping.from_dict(None, NOMOTO | {"N_1": -neutral * gain})
+    is_rudder = np.array([label == "N_rudder" for label in damping.model.labels])
+    damping = replace(damping, covariance=np.diag(is_rudder * (spread * gain) ** 2))
+    fit = hd.Fit(damping, "ls", hd.Status.OK, training_range=known, vehicle=SHIP)
+    result = evaluate_ship(SHIP, damping, 2.0, fit=fit, length=4.0, rudder_rate=100.0)
     return numbers(result), result
+
+
+@pytest.mark.slow
+def test_velocities_beyond_the_log_are_those_of_both_sides_and_of_the_draws(monkeypatch):
+    values, result = draw_rudders(monkeypatch, 0.02, neutral=0.1)
+    rates = np.radians(values["turning circle", "port", "steady yaw rate"].draws)
+    assert rates[0] == pytest.approx(GAIN * (np.radians(35.0) + 0.1), rel=1e-3)
+    assert result.extrapolation["turning circle"]["r"][:2] == pytest.approx(
+        (0.01, rates[0]), rel=1e-3
+    )
+    drawn = result.drawn_extrapolation["turning circle"]["r"]
+    assert drawn == pytest.approx((0.01, np.quantile(rates[1:], 0.95)), rel=1e-3)
 
 
 @pytest.mark.slow

@@ -101,6 +101,7 @@ class ShipManoeuvres:
     extrapolation: dict[str, dict[str, tuple[float, float, float | None]]] = field(
         default_factory=dict
     )
+    drawn_extrapolation: dict[str, dict[str, tuple[float, float]]] = field(default_factory=dict)
     reservations: tuple[str, ...] = ()  # of the fit
 
     @property
@@ -179,8 +180,12 @@ def evaluate_ship(
         falls = np.fmax.accumulate(spiral[1], axis=0) - spiral[1]
     width = np.degrees(np.fmax.reduce(falls, axis=0))
     numbers.append(Characteristic("spiral", "", "loop width", "deg", width))
-    extrapolation = {} if fit is None else {key: _exceedances(ship, runs[key], fit) for key in runs}
-    return ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers), extrapolation)
+    result = ShipManoeuvres(ship, steady, runs, spiral, tuple(numbers))
+    if fit is None:
+        return result
+    extrapolation = {key: _exceedances(ship, run, fit) for key, run in runs.items()}
+    drawn = {key: _drawn_exceedances(run, fit) for key, run in runs.items()}
+    return replace(result, extrapolation=extrapolation, drawn_extrapolation=drawn)
 
 
 def hull_length(vehicle: Vehicle) -> float:
@@ -247,15 +252,35 @@ def _exceedances(
     ship: Ship, run: Trajectories, fit: Fit
 ) -> dict[str, tuple[float, float, float | None]]:
     """Return the velocities beyond the log: largest there, largest here, and predicted error."""
-    n = int(np.isfinite(run.states[:, 0, 0]).sum())
-    if n < 2:  # diverges at once
+    largest = dict[str, tuple[float, float, float | None]]()
+    for column in (0, run.states.shape[1] // 2):  # the estimate to both sides
+        n = int(np.isfinite(run.states[:, column, 0]).sum())
+        if n < 2:  # diverges at once
+            continue
+        known = {
+            key: getattr(run, key)[:n, [column]]
+            for key in ("setpoints", "states", "measured", "commands")
+        }
+        log = replace(run, **known).log(ship.vehicle, ship.names, exact=True)
+        ranges = velocity_ranges(log.velocity, ship.vehicle.axes)
+        exceeded, errors = find_exceedances(fit.training_range, ranges), dict[str, float | None]()
+        if exceeded and fit.damping.covariance is not None:
+            errors = predict_error(ship.vehicle, fit, log).rms_by_axis(ship.vehicle.axes, "deg")
+        for key, pair in exceeded.items():
+            if key not in largest or pair[1] > largest[key][1]:
+                largest[key] = (*pair, errors.get(key))
+    return largest
+
+
+def _drawn_exceedances(run: Trajectories, fit: Fit) -> dict[str, tuple[float, float]]:
+    """Return the velocities beyond the log that 5 % of the draws exceed: largest there, and here.
+
+    A draw has the largest of both sides.
+    """
+    sizes = np.fmax.reduce(np.abs(run.states[..., [0, 1, 5]]), axis=0)
+    drawn = sizes.reshape(2, -1, 3).max(axis=0)[1:]
+    if not len(drawn):
         return {}
-    known = {key: getattr(run, key)[:n] for key in ("setpoints", "states", "measured", "commands")}
-    log = replace(run.select([0]), **{key: each[:, :1] for key, each in known.items()}).log(
-        ship.vehicle, ship.names, exact=True
-    )
-    ranges = velocity_ranges(log.velocity, ship.vehicle.axes)
-    exceeded, errors = find_exceedances(fit.training_range, ranges), dict[str, float | None]()
-    if exceeded and fit.damping.covariance is not None:
-        errors = predict_error(ship.vehicle, fit, log).rms_by_axis(ship.vehicle.axes, "deg")
-    return {key: (*pair, errors.get(key)) for key, pair in exceeded.items()}
+    ends = np.quantile(drawn, LEVEL, axis=0).tolist()
+    ranges = {key: (-end, end) for key, end in zip("uvr", ends, strict=True)}
+    return find_exceedances(fit.training_range, ranges)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrodamp.experiment_design.ship_manoeuvres import Characteristic, ShipManoeuvres
+from hydrodamp.experiment_design.ship_manoeuvres import LEVEL, Characteristic, ShipManoeuvres
 from hydrodamp.experiment_design.ship_motion import CIRCLE, MAX_DURATION, TURN
 from hydrodamp.files import as_json
 from hydrodamp.identification.dissipativity import velocity_unit
@@ -123,13 +123,23 @@ def describe_conditions(result: ShipManoeuvres) -> Iterator[str]:
         )
     for name, velocities in result.extrapolation.items():
         for key, (known, largest, error) in velocities.items():
-            scale = np.degrees(1.0) if key in "pqr" else 1.0
-            unit = velocity_unit(key).replace("rad", "deg")
-            width = "" if error is None else f"; predicted error ±{error:.2g} {unit}"
-            yield (
-                f"Extrapolation in the {name}: {key} reaches {scale * largest:.2g} {unit}, "
-                f"{scale * known:.2g} in the log{width}."
-            )
+            width = "" if error is None else f"; predicted error ±{error:.2g} {_unit(key)[1]}"
+            yield f"Extrapolation in the {name}: {_exceed(key, known, largest)}{width}."
+    for name, ends in result.drawn_extrapolation.items():
+        if clauses := [_exceed(key, *pair) for key, pair in ends.items()]:
+            share = f"{100.0 * (1.0 - LEVEL):.0f} % of the draws of the {name}"
+            yield f"Extrapolation in {share}: {'; '.join(clauses)}."
+
+
+def _unit(velocity: str) -> tuple[float, str]:
+    """Return the factor from SI units to those of messages, and the unit."""
+    scale = np.degrees(1.0) if velocity in "pqr" else 1.0
+    return scale, velocity_unit(velocity).replace("rad", "deg")
+
+
+def _exceed(velocity: str, known: float, largest: float) -> str:
+    scale, unit = _unit(velocity)
+    return f"{velocity} reaches {scale * largest:.2g} {unit}, {scale * known:.2g} in the log"
 
 
 def manoeuvre_table(result: ShipManoeuvres) -> Table:
