@@ -47,30 +47,26 @@ def test_the_turning_circle_is_that_of_nomoto(nomoto):
     assert values["starboard", "steady yaw rate"] == pytest.approx(np.degrees(rate), rel=1e-3)
     assert values["starboard", "steady speed"] == pytest.approx(2.0)
     assert values["starboard", "final diameter"] == pytest.approx(2.0 * 2.0 / rate / 4.0, rel=1e-3)
-    end = solve_ivp(
-        lambda t, x: [(rate - x[0]) / LAG, x[0], 2 * np.cos(x[1]), 2 * np.sin(x[1])],
-        (0.0, 100.0),
-        np.zeros(4),
-        events=[lambda t, x: x[1] - np.pi / 2.0, lambda t, x: x[1] - np.pi],
-        rtol=1e-10,
-    ).y_events
+
+    def motion(t, x):
+        return [(rate - x[0]) / LAG, x[0], 2 * np.cos(x[1]), 2 * np.sin(x[1])]
+
+    headings = [lambda t, x: x[1] - np.pi / 2.0, lambda t, x: x[1] - np.pi]
+    end = solve_ivp(motion, (0.0, 1e2), np.zeros(4), events=headings, rtol=1e-10).y_events
     for name, k, axis in (("advance", 0, 2), ("transfer", 0, 3), ("tactical diameter", 1, 3)):
         assert values["starboard", name] == pytest.approx(end[k][0, axis] / 4.0, rel=2e-3)
 
 
 @pytest.mark.slow
 def test_the_zigzag_is_that_of_nomoto(nomoto):
-    heading = rate = 0.0
-    overshoots = []
+    heading, rate, overshoots = 0.0, 0.0, []
     for sign in (1.0, -1.0, 1.0):
-        steady = sign * GAIN * ANGLE
-        end = solve_ivp(
-            lambda t, x, steady=steady: [(steady - x[0]) / LAG, x[0]],
-            (0.0, 500.0),
-            [rate, heading],
-            events=[lambda t, x, s=sign: x[1] - s * ANGLE if t > 0.1 else -s, lambda t, x: x[0]],
-            rtol=1e-10,
-        ).y_events
+
+        def motion(t, x, steady=sign * GAIN * ANGLE):
+            return [(steady - x[0]) / LAG, x[0]]
+
+        ends = [lambda t, x, s=sign: x[1] - s * ANGLE if t > 0.1 else -s, lambda t, x: x[0]]
+        end = solve_ivp(motion, (0.0, 5e2), [rate, heading], events=ends, rtol=1e-10).y_events
         if sign * rate < 0.0:
             overshoots.append(np.degrees(np.abs(end[1][0, 1]) - ANGLE))
         rate, heading = end[0][-1]
@@ -84,9 +80,7 @@ def test_stopping_is_that_of_a_constant_thrust_astern(nomoto):
     # m u' = -T - k u^2 with T = k U^2: the track is m ln(2) / 2k.
     reach = numbers(nomoto)["stopping", "", "track reach"]
     assert reach.value == pytest.approx(1e3 * np.log(2.0) / 20.0 / 4.0, rel=1e-4)
-    assert reach.limit == 15.0
-    assert reach.band is None
-    assert nomoto.probability is None
+    assert (reach.limit, reach.band, nomoto.probability) == (15.0, None, None)
 
 
 @pytest.mark.slow
@@ -109,9 +103,8 @@ def test_ratios_to_the_length_are_those_of_a_larger_ship():
     damping = hd.Damping.from_dict(None, FORM)
     scales = coefficient_scales(damping.model, 25.0)
     larger = replace(damping, coefficients=damping.coefficients * scales)
-    settings = {"rudder": "rudder", "propeller": "rps"}
-    small = evaluate_ship(SHIP, damping, 2.0, length=4.0, **settings)
-    large = evaluate_ship(scale_vehicle(SHIP, 25.0), larger, 10.0, length=100.0, **settings)
+    small = evaluate_ship(SHIP, damping, 2.0, length=4.0)
+    large = evaluate_ship(scale_vehicle(SHIP, 25.0), larger, 10.0, length=100.0)
     for first, second in zip(small.characteristics, large.characteristics, strict=True):
         if first.unit in ("L", "deg"):
             assert second.value == pytest.approx(first.value, rel=1e-6, abs=1e-6)
@@ -191,8 +184,7 @@ def test_limits_are_those_of_the_resolution():
 def test_a_manoeuvre_that_the_model_cannot_hold_keeps_the_numbers_before(snapshot):
     growing = evaluate(NOMOTO | {"N_r": 1e4 / LAG, "N_wind_speed": 1.0})
     values = numbers(growing)
-    for key in (("zigzag 10/10", "port", "second overshoot"), ("spiral", "", "loop width")):
-        assert values[key].value is None
+    assert values["spiral", "", "loop width"].value is None
     assert values["turning circle", "port", "advance"].value < 4.5
     assert [describe_verdict(growing), *describe_conditions(growing)] == snapshot
 
@@ -203,34 +195,24 @@ def test_a_motion_that_diverges_at_once_has_no_extrapolation():
     damping = replace(damping, covariance=np.diag((0.1 * damping.coefficients) ** 2))
     fit = hd.Fit(damping, "ls", hd.Status.OK, training_range={"u": (0.5, 1.0)}, vehicle=SHIP)
     result = evaluate_ship(SHIP, damping, 2.0, fit=fit, length=4.0, rudder_rate=100.0)
-    assert result.extrapolation["turning circle"] == {}
-    assert result.probability == 0.0
+    assert (result.extrapolation["turning circle"], result.probability) == ({}, 0.0)
 
 
 FOREIGN = {"vehicle": vehicle_stamp(replace(SHIP, weight=9.0, buoyancy=9.0))}
 WRONG = [
-    ({"coefficients": np.full(7, np.nan)}, {}, "X_u.u., .* could not be determined"),
-    ({"covariance": np.full((7, 7), np.nan)}, {}, "has no covariance to draw from"),
-    (FOREIGN, {}, "belong to vehicle 'ship', used with 'ship': weight 9 N there"),
-    ({}, {"rudder": "wheel"}, "must have one rudder; got wheel"),
-    ({}, {"propeller": "rudder"}, "no value of `rudder` holds 2 m/s"),
-    ({}, {"rudder": "rps"}, "`rps` does not turn the ship"),
-    ({}, {"speed": 0.0}, "`speed` must be positive"),
-    ({}, {"speed": None}, "has no log whose speeds give the approach speed"),
-    ({}, {"length": -1.0}, "`length` must be positive"),
-    ({}, {"rudder_rate": 0.0}, "`rudder rate` must be positive"),
-    ({}, {"vehicle": replace(SHIP, axes=("X", "N"))}, "must be free in X, Y and N"),
-    (NOMOTO | {"N_1": 1e6}, {}, "no angle of `rudder` within 90 deg holds 2 m/s"),
-    ({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3}, {},
-     r"its actuators and model are: rps\. Name the rudder"),
+    ({"coefficients": np.full(7, np.nan)}, {}), ({"covariance": np.full((7, 7), np.nan)}, {}),
+    (FOREIGN, {}), (NOMOTO | {"N_1": 1e6}, {}), ({}, {"rudder": "wheel"}),
+    ({}, {"propeller": "rudder"}), ({}, {"rudder": "rps"}), ({}, {"speed": 0.0}),
+    ({}, {"speed": None}), ({}, {"length": -1.0}), ({}, {"rudder_rate": 0.0}),
+    ({}, {"vehicle": replace(SHIP, axes=("X", "N"))}),
+    ({"X_u|u|": -10.0, "X_rps": 1.0, "Y_v": -1e3, "N_r": -1e3}, {}),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "settings", "says"), WRONG)
-def test_wrong_input_is_refused(change, settings, says):
+@pytest.mark.parametrize(("change", "settings"), WRONG)
+def test_wrong_input_is_refused(change, settings, refused):
     """A change of the coefficients of Nomoto's ship, or other coefficients."""
     damping = hd.Damping.from_dict(None, change if "X_rps" in change else NOMOTO)
     damping = damping if "X_rps" in change else replace(damping, **change)
-    settings = {"vehicle": SHIP, "speed": 2.0, "length": 4.0} | settings
-    with pytest.raises(HydrodampError, match=says):
-        evaluate_ship(settings.pop("vehicle"), damping, **settings)
+    settings = {"vehicle": SHIP, "speed": 2.0, "length": 4.0, "damping": damping} | settings
+    refused(HydrodampError, evaluate_ship, **settings)
