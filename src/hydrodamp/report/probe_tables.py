@@ -9,14 +9,15 @@ from typing import Any
 
 import yaml
 
+from hydrodamp.errors import first_few
 from hydrodamp.ingest.inspection.command_signs import MIN_LEAD_CONFIDENCE, MIN_LEAD_STEPS
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.probe import MIN_DRAFT_CONFIDENCE, Inspection, Probe
 from hydrodamp.ingest.inspection.quality_report import UNUSABLE, QualityReport
 from hydrodamp.report.table import Table
 
-#: Listed topics and segments.
-MAX_LISTED = 25
+#: Listed topics and segments, and channels that a preset does not read.
+MAX_LISTED, MAX_DIFFERENCES = 25, 6
 
 _COLUMNS = yaml.safe_load(Path(__file__).with_name("probe_columns.yaml").read_text("utf-8"))
 _DRAFT_HEADER = "draft with the confidence of each line (--draft FILE saves it)"
@@ -136,7 +137,9 @@ def _is_earth_fixed(found: Probe) -> bool | None:
 
 def _preset_notes(found: Probe) -> Iterator[str]:
     for preset in found.presets:
-        option = f"`--mapping {preset.name}`"
+        channels = " ".join(first_few([*preset.differences], MAX_DIFFERENCES, "channels"))
+        reason = f"; the draft does not extend it, since they differ in {channels}"
+        option = f"`--mapping {preset.name}`{reason if channels else ''}"
         yield f"Preset `{preset.name}` matches {preset.channels} channels ({option})."
     yield from () if found.presets else ("No shipped preset matches.",)
 

@@ -1,14 +1,18 @@
 import csv
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
+from hydrodamp.ingest.inspection.draft_files import add_steps
 from hydrodamp.ingest.inspection.names import guess_role, split_unit
-from hydrodamp.ingest.inspection.probe import probe
+from hydrodamp.ingest.inspection.probe import inspect, probe
+from hydrodamp.ingest.mapping.log_mapping import read_mapping
 from strangers import FLIP, name_columns
 from table_rows import rows
 
@@ -133,6 +137,29 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table):
         assert [one.name for one in found.presets] == presets
         assert ("extends: kvlcc2-hsva\n" in found.draft.text) == bool(presets)
         assert found.draft.confidence == (70 if presets else 0)
+
+
+@pytest.mark.parametrize("extra", ["", "roll"])
+def test_a_draft_extends_a_preset_that_reads_all_it_reads(dive, extra):
+    fins = np.column_stack((dive.angles[:, 1:], dive.rates[:, 1:]))
+    columns = (
+        name_columns("v_x v_y v_z", dive.body) | {"data_good": 1.0 + 0 * dive.time},
+        {"depth_filt": dive.place[:, 2]},
+        name_columns("port top starboard bottom", fins),
+        {"pitch_input": dive.angles[:, 1]},
+        {"yaw_input": dive.angles[:, 2]} | ({extra: dive.angles[:, 0]} if extra else {}),
+    )
+    named = zip(read_mapping("avl690").topics.values(), columns, strict=True)
+    clock = {"time": dive.time}
+    topics = tuple(Topic(names[0], None, fields | clock) for names, fields in named)
+    recording = Recording(topics, "dive", "text in columns")
+    found = probe(recording)
+    assert [one.differences for one in found.presets] == [("attitude.roll",) if extra else ()]
+    assert ("extends: avl690" in found.draft.text) is not bool(extra)
+    report = inspect(found, [recording]).report
+    issue = QualityIssue("u", "leaps", "once", fix=Fix("step", "remove_outliers"))
+    text = add_steps(found.draft.text, replace(report, issues=(issue,)))
+    assert "steps: [rates_from_attitude, remove_outliers]" in text
 
 
 def test_a_rudder_that_stands_still_stays_in_the_draft(table, dive):

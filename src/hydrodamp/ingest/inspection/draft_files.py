@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hydrodamp.basis.term import AXES, VELOCITIES
 from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.files import parse_yaml
 from hydrodamp.ingest.inspection.delay import Delay
 from hydrodamp.ingest.inspection.quality_report import QualityReport
+from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 
 #: Steps that clean a pose, from which others derive velocities.
 POSE_STEPS = ("mask_mocap_dropouts", "mask_frozen", "remove_attitude_outliers")
@@ -23,14 +25,20 @@ def add_steps(draft: str, report: QualityReport | None) -> str:
     steps = [*dict.fromkeys(filter(None, map(recommended_step, report.issues)))]
     if not steps:
         return draft
-    if line := _STEPS_LINE.search(draft):
-        derived = line.group(1).split(", ")  # from a pose that is cleaned before
-        of_pose = [step for step in steps if step in POSE_STEPS]
-        of_channels = [step for step in steps if step not in POSE_STEPS]
-        return _STEPS_LINE.sub(
-            f"steps: [{', '.join([*of_pose, *derived, *of_channels])}]", draft, count=1
-        )
-    return f"{draft.rstrip()}\nsteps: [{', '.join(steps)}]    # recommended by the quality report\n"
+    line = _STEPS_LINE.search(draft)
+    derived = line.group(1).split(", ") if line else _inherited_steps(draft)
+    of_pose = [step for step in steps if step in POSE_STEPS]  # cleaned before others derive from it
+    of_channels = [step for step in steps if step not in POSE_STEPS]
+    text = f"steps: [{', '.join([*of_pose, *derived, *of_channels])}]"
+    if line:
+        return draft.replace(line.group(), text, 1)
+    return f"{draft.rstrip()}\n{text}    # recommended by the quality report\n"
+
+
+def _inherited_steps(draft: str) -> list[str]:
+    """Return the steps of the preset that a draft extends: its own steps replace them."""
+    content = parse_yaml(draft, "the draft")
+    return list(resolve_extends(content).get("steps", [])) if isinstance(content, dict) else []
 
 
 def recommended_step(issue: QualityIssue) -> str:

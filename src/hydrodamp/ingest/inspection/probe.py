@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,6 @@ from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.conditioning.pipeline import Step
 from hydrodamp.conditioning.vertical_axis import VerticalAxis, vertical_tests
-from hydrodamp.data.channel_regression import integrate_displacement, regress_channel
 from hydrodamp.data.channels import unit_factor
 from hydrodamp.data.log import Log
 from hydrodamp.data.recording import Recording, Topic
@@ -21,10 +20,10 @@ from hydrodamp.ingest.inspection.columns import TopicClock, find_clocks
 from hydrodamp.ingest.inspection.draft import Draft, draft_from_preset, write_draft
 from hydrodamp.ingest.inspection.frames import format_convention
 from hydrodamp.ingest.inspection.names import NO_ROLE, words
+from hydrodamp.ingest.inspection.preset_match import PresetMatch, match_presets
 from hydrodamp.ingest.inspection.quality_report import QualityReport, Requirements, report_quality
 from hydrodamp.ingest.inspection.roles import Roles, guess_roles
-from hydrodamp.ingest.mapping import LogMapping, presets, read_mapping
-from hydrodamp.ingest.mapping.columns import find_columns
+from hydrodamp.ingest.mapping import LogMapping, read_mapping
 from hydrodamp.ingest.read import combine_recordings, is_canonical_recording
 
 #: Name of a draft in messages.
@@ -40,7 +39,6 @@ WITHOUT_MAPPING = (
 )
 
 _MOTION_GROUPS = ("time", "attitude", "velocity")
-_SCALE_TOLERANCE = 0.1  # relative error of the integrated velocity
 
 #: Returns the requirements of a vehicle on a log.
 RequirementsOf = Callable[[Log], Requirements]
@@ -79,14 +77,6 @@ def topic_facts(topic: Topic, clock: TopicClock | None) -> TopicFacts:
     return TopicFacts(topic.name, topic.n, len(topic.fields), *span, units, faults)
 
 
-@dataclass(frozen=True)
-class PresetMatch:
-    """A preset all of whose columns are in a recording."""
-
-    name: str
-    channels: int
-
-
 @dataclass(frozen=True, eq=False)
 class Probe:
     """Contents of a recording and their guessed meaning.
@@ -103,7 +93,7 @@ class Probe:
         Guessed roles of its columns.
     without_role : tuple of str
         Numeric columns without a role.
-    presets : tuple of Fitting
+    presets : tuple of PresetMatch
         Matching presets, the best first.
     draft : Draft
         A mapping file to start from.
@@ -131,7 +121,11 @@ class Probe:
         LogError
             If the draft is not a valid mapping.
         """
-        return LogMapping.from_dict(parse_yaml(self.draft.text, DRAFT_NAME), DRAFT_NAME)
+        return _parse_draft(self.draft)
+
+
+def _parse_draft(draft: Draft) -> LogMapping:
+    return LogMapping.from_dict(parse_yaml(draft.text, DRAFT_NAME), DRAFT_NAME)
 
 
 def probe(recording: Recording, *others: Recording) -> Probe:
@@ -161,9 +155,11 @@ def probe(recording: Recording, *others: Recording) -> Probe:
     >>> found.roles.rates.unit
     'deg/s'
     """
-    roles, presets = guess_roles(recording, others), matching_presets(recording)
+    roles = guess_roles(recording, others)
     draft = write_draft(recording, roles)
-    if draft.confidence < MIN_DRAFT_CONFIDENCE and presets:
+    is_sure = draft.confidence >= MIN_DRAFT_CONFIDENCE
+    presets = match_presets(recording, _parse_draft(draft) if is_sure else None)
+    if presets and not presets[0].differences:
         draft = draft_from_preset(recording, presets[0].name)
     return Probe(
         recording.source,
@@ -175,38 +171,6 @@ def probe(recording: Recording, *others: Recording) -> Probe:
         presets,
         draft,
     )
-
-
-def matching_presets(recording: Recording) -> tuple[PresetMatch, ...]:
-    """Return the matching presets."""
-    matches = [match for name in presets() for match in _match_preset(name, recording)]
-    return tuple(sorted(matches, key=lambda match: -match.channels))
-
-
-def _match_preset(name: str, recording: Recording) -> Iterator[PresetMatch]:
-    mapping = read_mapping(name)
-    timeless = [entry for entry in mapping.entries if entry.group != "time"]
-    columns, faults = find_columns(timeless, recording, name, mapping.topics)
-    fields = [item.field for item in columns if item.entry.group == "velocity" and item.topic]
-    if faults or not fields:
-        return
-    is_named = any(not field.startswith("column ") for field in fields)
-    if is_named or _velocity_matches_position(mapping, recording):
-        yield PresetMatch(name, len(columns))
-
-
-def _velocity_matches_position(mapping: LogMapping, recording: Recording) -> bool:
-    """Return whether velocities integrate to the position."""
-    try:
-        with suppress_warnings():
-            log = mapping.log(recording)
-    except HydrodampError:
-        return False
-    if log.attitude is None or log.position is None:
-        return False
-    displacement = integrate_displacement(log.attitude, log.position, log.bounds)
-    regression = regress_channel(log.time, log.bounds, log.velocity[:, :3], displacement)
-    return regression.is_consistent() and abs(regression.scale - 1.0) < _SCALE_TOLERANCE
 
 
 @dataclass(frozen=True)
