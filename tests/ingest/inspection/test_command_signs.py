@@ -117,6 +117,16 @@ def test_pulse_widths_beside_forces_are_omitted():
     assert any("omit left_pwm from `commands`" in issue.remedy for issue in report.issues)
 
 
+def test_gains_are_named_of_known_responses_only():
+    """Wind that no delay relates to the motion explains it by chance, and the parts disagree."""
+    wind = report_quality(
+        boat_log(0, extra=lambda levels: {"wind": np.roll(levels @ (1.0, -1.0), -30)})
+    )
+    shares = {each.command: (each.share > 0.05, each.confidence) for each in wind.delays}
+    assert shares["wind"] == (True, 0)
+    assert [name in wind.identifiable[-1] for name in shares] == [name != "wind" for name in shares]
+
+
 def test_a_feedback_is_preferred_to_its_demand():
     for seed in range(5):
         random = np.random.default_rng(seed)

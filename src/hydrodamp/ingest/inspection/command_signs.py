@@ -16,7 +16,6 @@ from hydrodamp.basis.term import AXES, VELOCITIES, VELOCITY_OF
 from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.delay import (
-    MIN_RESPONSE_SHARE,
     Delay,
     resample,
     state_regressors,
@@ -26,7 +25,6 @@ from hydrodamp.ingest.inspection.names import WORDS, words
 #: Signs of the effect on a velocity, by command and velocity.
 Signs = Mapping[tuple[str, str], int]
 
-_MIN_SIGN_CONFIDENCE = 50  # %, confidence of a delay from which its sign counts
 _MIN_LEAD_SHARE = 0.1  # of the acceleration, from which a lead of the response counts
 _MIN_RELATIVE_LEAD, MIN_LEAD_STEPS = 0.05, 2.0  # shortest, over the time scale, and in steps
 MIN_LEAD_CONFIDENCE = 40  # %, the limit of a response before its command
@@ -55,10 +53,7 @@ def reversed_wrench(delays: Sequence[Delay]) -> Iterator[QualityIssue]:
     against = {
         delay.command: f"{delay.velocity} decreases when {delay.command} increases"
         for delay in delays
-        if VELOCITY_OF.get(delay.command) == delay.velocity
-        and delay.sign < 0
-        and delay.share >= MIN_RESPONSE_SHARE
-        and delay.confidence >= _MIN_SIGN_CONFIDENCE
+        if VELOCITY_OF.get(delay.command) == delay.velocity and delay.sign < 0 and delay.is_known
     }
     if against:
         evidence, fix = ", ".join(against.values()), Fix("sign", "-1")
@@ -112,8 +107,7 @@ def contradicted_signs(
         yield _contradiction(name, against, signs, effects, basis)
     for name, axis in axis_of.items():
         moved, response = by_command[name], abs(effects.get((name, axis), np.inf))
-        is_sure = moved.confidence >= _MIN_SIGN_CONFIDENCE and moved.share >= MIN_RESPONSE_SHARE
-        if is_sure and moved.velocity != axis and response < _MIN_SIGNIFICANCE / 2.0:
+        if moved.is_known and moved.velocity != axis and response < _MIN_SIGNIFICANCE / 2.0:
             yield QualityIssue(
                 name,
                 f"moves {moved.velocity}, which contradicts its name",

@@ -33,6 +33,11 @@ _MAX_SAMPLES = 20_000  # samples used
 _ROUNDING_STEPS = 1e-3  # of a step; times since 1970 are rounded
 _MIN_RELATIVE_STEP = 0.006  # a finer grid gains nothing
 
+#: Share of the variance of an acceleration from which a command has an effect.
+MIN_RESPONSE_SHARE = 0.05
+#: Confidence [%] of a delay from which its velocity and sign are known.
+MIN_RESPONSE_CONFIDENCE = 50
+
 
 @dataclass(frozen=True)
 class Delay:
@@ -62,6 +67,12 @@ class Delay:
     share: float
     sign: int
     confidence: int
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the command has an effect on whose delay the parts of the log agree."""
+        has_effect = self.share >= MIN_RESPONSE_SHARE
+        return has_effect and self.confidence >= MIN_RESPONSE_CONFIDENCE
 
 
 def estimate_delays(log: Log) -> tuple[Delay, ...]:
@@ -226,8 +237,6 @@ def _interpolate_peak(shares: FloatArray, lags: IntArray) -> float:
     return float(lags[index]) + (0.5 * (before - after) / curvature if curvature < 0.0 else 0.0)
 
 
-#: Share of the variance of an acceleration from which a command has an effect.
-MIN_RESPONSE_SHARE = 0.05
 #: Motion of the vehicle when a velocity increases, and decreases, that changes sign with the axes.
 _MOTIONS = {
     "v": ("to starboard", "to port"),

@@ -20,7 +20,6 @@ from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
 from hydrodamp.ingest.inspection.command_signs import Signs, check_commands
 from hydrodamp.ingest.inspection.delay import (
-    MIN_RESPONSE_SHARE,
     Delay,
     estimate_delays,
     list_responses,
@@ -260,7 +259,7 @@ def _identifiable(
     if well := [delay for delay in excited if delay.name in required]:
         names = ", ".join(f"{MOTIONS[c.name]} (std {c.std:.2g} {c.unit})" for c in well)
         yield f"damping can be identified in {names}."
-    if effective := [channel for channel in delays if channel.share >= MIN_RESPONSE_SHARE]:
+    if effective := [delay for delay in delays if delay.is_known]:
         names = ", ".join(f"{delay.command} ({MOTIONS[delay.velocity]})" for delay in effective)
         yield f"actuator gains can be estimated for {names}."
 
