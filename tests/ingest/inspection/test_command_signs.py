@@ -16,7 +16,7 @@ from hydrodamp.ingest.inspection.equivalent_commands import (
     find_equivalent_commands,
 )
 from hydrodamp.ingest.inspection.probe import probe
-from hydrodamp.ingest.inspection.quality_report import report_quality
+from hydrodamp.ingest.inspection.quality_report import Requirements, report_quality
 from hydrodamp.simulation.checks import thruster_signs
 from hydrodamp.simulation.log_issues import training_issues
 
@@ -115,6 +115,17 @@ def test_pulse_widths_beside_forces_are_omitted():
     report = report_quality(boat_log(0, extra=pulses))
     assert {delay.command for delay in report.delays} == {"left_force", "right_force"}
     assert any("omit left_pwm from `commands`" in issue.remedy for issue in report.issues)
+
+
+def test_no_command_that_an_actuator_takes_is_omitted():
+    log = boat_log(0, extra=pulses)
+    for taken, omitted in (
+        (("left_pwm",), ["left_force", "right_pwm"]),
+        (("left_pwm", "left_force"), ["right_pwm"]),
+    ):
+        report = report_quality(log, Requirements(("u", "v", "r"), commands=taken))
+        assert [each.fix.value for each in report.issues if each.fix] == omitted
+        assert {*taken} <= {delay.command for delay in report.delays}
 
 
 def test_gains_are_named_of_known_responses_only():

@@ -9,7 +9,7 @@ noise of a sensor; other names only rounding: surfaces of different deflections 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,15 @@ class EquivalentCommands:
     def __str__(self) -> str:
         """Return why the others are omitted."""
         return f"records the same signal as {self.selected} ({self.evidence}); {self.reason}"
+
+    def prefer(self, taken: Collection[str]) -> EquivalentCommands:
+        """Return the group with those of its commands that actuators of a vehicle take."""
+        members = (self.selected, *self.omitted)
+        if not (used := [name for name in members if name in taken]):
+            return self
+        omitted = tuple(name for name in members if name not in taken)
+        reason = "the vehicle's actuators take no other"
+        return replace(self, selected=" ".join(used), omitted=omitted, reason=reason)
 
     def issue(self) -> QualityIssue:
         """Return the issue with its remedy."""

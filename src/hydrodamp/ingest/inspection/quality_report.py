@@ -78,6 +78,7 @@ class Requirements:
     suspicions: tuple[QualityIssue, ...] = ()
     length: float | None = None  # of the vehicle [m]
     signs: Signs | None = None  # of the effects of its thrusters
+    commands: tuple[str, ...] = ()  # that its actuators take
 
 
 @dataclass(frozen=True)
@@ -171,7 +172,8 @@ def report_quality(
     needs = needs or Requirements(required_names, tuple(missing_channels(log, is_boat)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
     size = VehicleScale.from_log(log) if needs.length is None else VehicleScale(needs.length)
-    equivalent = equivalent_commands(log)
+    groups = (group.prefer(needs.commands) for group in equivalent_commands(log))
+    equivalent = [group for group in groups if group.omitted]
     excluded = {*measured, *(name for group in equivalent for name in group.omitted)}
     delays = tuple(item for item in estimate_delays(log_with_rates) if item.command not in excluded)
     channels, segments = _velocity_channels(log, size), tuple(_segment_facts(log))
