@@ -128,6 +128,15 @@ def test_no_command_that_an_actuator_takes_is_omitted():
         assert {*taken} <= {delay.command for delay in report.delays}
 
 
+@pytest.mark.parametrize(
+    ("name", "n_remedies"), [("rpm", 1), ("left_forces", 0), ("left_force", 0)]
+)
+def test_a_command_that_no_column_resembles_may_be_constant(name, n_remedies):
+    needs = Requirements(("u", "v", "r"), commands=("right_force", name))
+    remedies = report_quality(boat_log(0), needs).missing
+    assert ["rpm: {value: VALUE}" in each for each in remedies] == [True] * n_remedies
+
+
 def test_gains_are_named_of_known_responses_only():
     """Wind that no delay relates to the motion explains it by chance, and the parts disagree."""
     wind = report_quality(

@@ -27,7 +27,11 @@ from hydrodamp.ingest.inspection.delay import (
 )
 from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
 from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
-from hydrodamp.ingest.inspection.missing_channels import PLANAR_REMARK, missing_channels
+from hydrodamp.ingest.inspection.missing_channels import (
+    PLANAR_REMARK,
+    constant_commands,
+    missing_channels,
+)
 
 #: Verdict on a log that lacks a required channel.
 UNUSABLE = "Not suitable for identification: see what is missing."
@@ -184,7 +188,7 @@ def report_quality(
     issues = (*issues, *wrong_frame(upright, issues), *(group.issue() for group in equivalent))
     issues = (*issues, *check_commands(log_with_rates, delays, needs.signs))
     options = tuple(find_current(log))
-    missing = needs.missing
+    missing = (*needs.missing, *constant_commands(log, needs.commands))
     if log.n < _MIN_SAMPLES:
         few = f"samples: {log.n} are too few to determine coefficients"
         missing = (*missing, f"{few}; record minutes at several hertz.")
