@@ -65,6 +65,17 @@ def test_a_planar_log_has_no_direction_of_z_and_minor_issues_need_no_remedy():
     )
 
 
+@pytest.mark.parametrize("length", [None, 0.3])
+def test_speeds_too_large_for_an_estimated_length_are_a_minor_issue(length):
+    """A ship model at 0.3 m/s may be 3 m long, where a position leaps at 5 m/s."""
+    velocity, place = 0.3 * np.abs(WAVES) * (1, 1, 0, 0, 0, 1), np.zeros((600, 3))
+    place[:, 0] = np.cumsum(velocity[:, 0]) * 0.1 + 0.5 * (TIME > 30)
+    log = Log.from_arrays(TIME, velocity, attitude=LEVEL, position=place)
+    issues = report_quality(log, Requirements(("u", "v", "r"), length=length)).issues
+    (leap,) = (issue for issue in issues if issue.channel == "position")
+    assert leap.is_minor == ("--vehicle" in leap.remedy) == (length is None)
+
+
 def test_gains_of_models_are_the_actuation_of_a_vehicle_without_actuators():
     log = Log.from_arrays(TIME, WAVES, attitude=LEVEL, commands={"throttle": WAVES[:, 0]})
     bare = replace(hd.fleet["bluerov2"], actuators=())

@@ -1,18 +1,42 @@
-"""Channels that identification needs and a log lacks."""
+"""Requirements of identification on a log, and channels that it lacks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 
+import numpy as np
+
 from hydrodamp.basis.term import VELOCITIES
+from hydrodamp.conditioning.consistency import QualityIssue
 from hydrodamp.data.log import Log
+from hydrodamp.ingest.inspection.command_signs import Signs
 
 #: Remark on a log that has no other velocity.
 PLANAR_REMARK = (
     "judged for a vehicle of `axes: [X, Y, N]`, such as a boat: a vehicle that heaves, rolls or "
     "pitches also needs w p q, and the attitude."
 )
+_MAX_TILT = np.radians(5.0)  # of a boat, in the median
+
+
+@dataclass(frozen=True)
+class Requirements:
+    """Requirements of a vehicle on a log, and which of them the log does not meet."""
+
+    velocities: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+    reservations: tuple[str, ...] = ()
+    suspicions: tuple[QualityIssue, ...] = ()
+    length: float | None = None  # of the vehicle [m]
+    signs: Signs | None = None  # of the effects of its thrusters
+    commands: tuple[str, ...] = ()  # that its actuators take
+
+
+def is_level(log: Log) -> bool:
+    """Whether a log has no roll and pitch, or small ones."""
+    return log.attitude is None or bool(np.median(log.down[:, 2]) > np.cos(_MAX_TILT))
 
 
 def missing_channels(log: Log, is_boat: bool) -> Iterator[str]:

@@ -18,7 +18,7 @@ from hydrodamp.conditioning.vertical_axis import UNDECIDED, VerticalAxis, vertic
 from hydrodamp.data.channel_regression import noise_std
 from hydrodamp.data.channels import unit_of
 from hydrodamp.data.log import Log, recorded_arrays, recorded_velocities
-from hydrodamp.ingest.inspection.command_signs import Signs, check_commands
+from hydrodamp.ingest.inspection.command_signs import check_commands
 from hydrodamp.ingest.inspection.delay import (
     Delay,
     estimate_delays,
@@ -29,7 +29,9 @@ from hydrodamp.ingest.inspection.equivalent_commands import equivalent_commands
 from hydrodamp.ingest.inspection.frames import misread_positions, wrong_frame
 from hydrodamp.ingest.inspection.missing_channels import (
     PLANAR_REMARK,
+    Requirements as Requirements,
     constant_commands,
+    is_level,
     missing_channels,
 )
 
@@ -40,7 +42,6 @@ _NOISE_FACTOR = 2.0  # times the noise of a channel: negligible variation
 _MIN_SAMPLES = 60  # samples; fewer do not determine coefficients
 _MAX_JITTER = 0.25  # of a step
 _PLANAR_VELOCITIES = {"u", "v", "r"}
-_MAX_TILT = np.radians(5.0)  # of a boat, in the median
 _MAX_STEP_S = 0.25  # s; longer steps do not resolve the accelerations of a small vehicle
 _MIN_DURATION_S = 60.0  # s; shorter logs determine little of a small vehicle
 
@@ -70,19 +71,6 @@ class Channel:
     high: float
     n_changes: int
     excitation: float = 0.0  # standard deviation over the negligible one
-
-
-@dataclass(frozen=True)
-class Requirements:
-    """Requirements of a vehicle on a log, and which of them the log does not meet."""
-
-    velocities: tuple[str, ...]
-    missing: tuple[str, ...] = ()
-    reservations: tuple[str, ...] = ()
-    suspicions: tuple[QualityIssue, ...] = ()
-    length: float | None = None  # of the vehicle [m]
-    signs: Signs | None = None  # of the effects of its thrusters
-    commands: tuple[str, ...] = ()  # that its actuators take
 
 
 @dataclass(frozen=True)
@@ -171,7 +159,7 @@ def report_quality(
     ``upright`` is prior knowledge of its axes; ``measured`` gives the roles of columns
     that were read as commands but have names of measurements.
     """
-    is_boat = needs is None and {*log.velocity_names} == _PLANAR_VELOCITIES and _is_level(log)
+    is_boat = needs is None and {*log.velocity_names} == _PLANAR_VELOCITIES and is_level(log)
     required_names = tuple("uvr") if is_boat else VELOCITIES
     needs = needs or Requirements(required_names, tuple(missing_channels(log, is_boat)))
     log_with_rates = log if log.attitude is None else rates_from_attitude(log)
@@ -184,7 +172,10 @@ def report_quality(
     depths = [log.command(name) for name, role in measured.items() if role.endswith("depth")]
     upright = upright or VerticalAxis.combine(vertical_tests(log, depths[0] if depths else None))
     commands = tuple(_channel(log, name, "", log.command(name)) for name in log.command_names)
-    issues = (*check_quality(log, needs.length), *needs.suspicions, *misread_positions(measured))
+    issues = check_quality(log, needs.length)
+    if needs.length is None:
+        issues = tuple(map(_state_estimated_length, issues))
+    issues = (*issues, *needs.suspicions, *misread_positions(measured))
     issues = (*issues, *wrong_frame(upright, issues), *(group.issue() for group in equivalent))
     issues = (*issues, *check_commands(log_with_rates, delays, needs.signs))
     options = tuple(find_current(log))
@@ -224,9 +215,17 @@ def report_quality(
     )
 
 
-def _is_level(log: Log) -> bool:
-    """Whether a log has no roll and pitch, or small ones."""
-    return log.attitude is None or bool(np.median(log.down[:, 2]) > np.cos(_MAX_TILT))
+def _state_estimated_length(issue: QualityIssue) -> QualityIssue:
+    """State that a length is an estimate where speeds exceed those plausible for it: it is minor.
+
+    These are the only issues of single samples that no step of a mapping corrects.
+    """
+    if not issue.where or issue.fix is not None:
+        return issue
+    estimate = "a length estimated from the usual speed of the log at a Froude number of 0.25"
+    remedy = f"pass `--vehicle`, which states the length; or {issue.remedy}"
+    problem = f"{issue.problem}, {estimate}"
+    return replace(issue, problem=problem, remedy=remedy, is_minor=True)
 
 
 def _segment_facts(log: Log) -> Iterator[SegmentFacts]:
