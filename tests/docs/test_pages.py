@@ -14,6 +14,7 @@ import typer
 
 import hydrodamp as hd
 from hydrodamp.cli.main import app
+from hydrodamp.identification.fit_files import read_fit
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -55,6 +56,8 @@ def test_the_python_of_a_page_runs(page, dive, sailed_once, capsys):
         warnings.simplefilter("ignore", hd.HydrodampWarning)  # said to a reader, no fault
         for line, block in code(page):
             exec(compile("\n" * line + script(block), called(page), "exec"), names)
+    if page.name == "README.md":
+        assert read_fit("result/damping.json").vehicle == names["vehicle"]
 
 
 def script(block):
