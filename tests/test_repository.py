@@ -29,9 +29,11 @@ def test_a_shell_finds_the_commands_of_an_environment():
     assert "\n. .venv/bin/activate" in SHELL[:first]
 
 
-def test_it_names_every_command():
+def test_it_names_every_command_and_links_its_page():
     names = {c.name or c.callback.__name__ for c in app.registered_commands}
     assert not [name for name in names if f"hydrodamp {name}" not in README]
+    pages = {f"docs/how-to/{name}.md" for name in names}
+    assert not [page for page in pages if (ROOT / page).exists() and f"({page})" not in README]
 
 
 @pytest.mark.skipif(not (ROOT / ".git").exists(), reason="this is no git checkout")
