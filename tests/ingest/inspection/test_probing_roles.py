@@ -1,23 +1,16 @@
 import csv
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrodamp.conditioning.consistency import Fix, QualityIssue
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError
-from hydrodamp.ingest.inspection.draft_files import add_steps
 from hydrodamp.ingest.inspection.names import guess_role, split_unit
-from hydrodamp.ingest.inspection.probe import inspect, probe
+from hydrodamp.ingest.inspection.probe import probe
 from hydrodamp.ingest.mapping.log_mapping import read_mapping
 from strangers import FLIP, name_columns
 from table_rows import rows
-
-Table = Callable[..., Recording]
-
 
 with Path(__file__).with_name("names.csv").open(encoding="utf-8") as file:
     _, *NAMES = csv.reader(file)
@@ -139,27 +132,21 @@ def test_columns_without_names_fit_a_preset_by_the_way_they_make(table):
         assert found.draft.confidence == (70 if presets else 0)
 
 
-@pytest.mark.parametrize("extra", ["", "roll"])
-def test_a_draft_extends_a_preset_that_reads_all_it_reads(dive, extra):
+@pytest.mark.parametrize(("name", "differences"), [("spare", ()), ("roll", ("attitude.roll",))])
+def test_a_draft_extends_a_preset_that_reads_all_it_reads(dive, name, differences):
     fins = np.column_stack((dive.angles[:, 1:], dive.rates[:, 1:]))
     columns = (
         name_columns("v_x v_y v_z", dive.body) | {"data_good": 1.0 + 0 * dive.time},
         {"depth_filt": dive.place[:, 2]},
         name_columns("port top starboard bottom", fins),
         {"pitch_input": dive.angles[:, 1]},
-        {"yaw_input": dive.angles[:, 2]} | ({extra: dive.angles[:, 0]} if extra else {}),
+        {"yaw_input": dive.angles[:, 2], name: dive.angles[:, 0]},
     )
     named = zip(read_mapping("avl690").topics.values(), columns, strict=True)
-    clock = {"time": dive.time}
-    topics = tuple(Topic(names[0], None, fields | clock) for names, fields in named)
-    recording = Recording(topics, "dive", "text in columns")
-    found = probe(recording)
-    assert [one.differences for one in found.presets] == [("attitude.roll",) if extra else ()]
-    assert ("extends: avl690" in found.draft.text) is not bool(extra)
-    report = inspect(found, [recording]).report
-    issue = QualityIssue("u", "leaps", "once", fix=Fix("step", "remove_outliers"))
-    text = add_steps(found.draft.text, replace(report, issues=(issue,)))
-    assert "steps: [rates_from_attitude, remove_outliers]" in text
+    topics = (Topic(names[0], None, fields | {"time": dive.time}) for names, fields in named)
+    found = probe(Recording((*topics,), "dive", "text in columns"))
+    assert found.presets[0].differences == differences
+    assert ("extends: avl690" in found.draft.text) is not bool(differences)
 
 
 def test_a_rudder_that_stands_still_stays_in_the_draft(table, dive):
@@ -172,15 +159,10 @@ def test_bad_rows_are_left_out_and_flagged(dive):
     good[100:140] = 0.0
     speed = np.where(good[:, np.newaxis] == 1.0, dive.body, -32.768)
     fields = name_columns("v_x v_y v_z", speed)
-    recording = Recording(
-        (
-            Topic("dvl.velocity", dive.time, {**fields, "data_good": good}),
-            Topic("control.yaw_pid", dive.time, {"yaw_input": dive.angles[:, 2]}),
-            Topic("control.pitch_pid", dive.time, {"pitch_input": dive.angles[:, 1]}),
-        ),
-        "dive",
-        "text in columns",
-    )
-    text = probe(recording).draft.text
+    columns = {"dvl.velocity": {**fields, "data_good": good}}
+    for axis, name in ((2, "yaw"), (1, "pitch")):
+        columns[f"control.{name}_pid"] = {f"{name}_input": dive.angles[:, axis]}
+    topics = (Topic(name, dive.time, one) for name, one in columns.items())
+    text = probe(Recording((*topics,), "dive", "text in columns")).draft.text
     assert "u: {column: dvl.velocity.v_x, where: data_good}" in text
     assert "roll: {value: 0.0}" in text
