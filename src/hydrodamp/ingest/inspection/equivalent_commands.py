@@ -30,6 +30,10 @@ _MAX_LAG_SAMPLES = 100
 _RELATIVE_LAGS = (0.0, 0.125, 0.25, 0.5)  # first-order lags over the correlation time
 _LATER_SAMPLES = 0.5  # from which one command is later than another
 
+#: Reason for commands that actuators take, and reservation where these are unknown.
+_TAKEN = "the vehicle's actuators take no other"
+_UNLESS_TAKEN = ", unless the vehicle's actuators take them"
+
 _KINDS = ("actuator_force", "actuator_feedback", "actuator_demand", "actuator_kind")
 
 
@@ -52,15 +56,14 @@ class EquivalentCommands:
         if not (used := [name for name in members if name in taken]):
             return self
         omitted = tuple(name for name in members if name not in taken)
-        reason = "the vehicle's actuators take no other"
-        return replace(self, selected=" ".join(used), omitted=omitted, reason=reason)
+        return replace(self, selected=" ".join(used), omitted=omitted, reason=_TAKEN)
 
     def issue(self) -> QualityIssue:
         """Return the issue with its remedy."""
         names = " ".join((self.selected, *self.omitted))
         remedy = (
             f"use {self.selected} only, since {self.reason}: omit {' '.join(self.omitted)} from "
-            "`commands` of the mapping"
+            f"`commands` of the mapping{'' if self.reason == _TAKEN else _UNLESS_TAKEN}"
         )
         problem = "are recordings of the same signal, whose gains cannot be separated"
         fix = Fix("omit", " ".join(self.omitted))
