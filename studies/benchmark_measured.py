@@ -250,18 +250,17 @@ def regrets(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
 
 def summary_table(rows: Sequence[Row]) -> str:
     """Return median and worst regret, splits led, failures and CPU time of every entry."""
-    seconds: dict[str, float] = {}
     lines = []
     for name, by_split in regrets(rows).items():
         values = sorted(by_split.values())
-        seconds[name] = sum(row.seconds for row in rows if _group(row) == name)
+        seconds = sum(row.seconds for row in rows if _group(row) == name)
         finite = [value for value in values if value < math.inf]
         median = number(float(np.median(values))) if np.median(values) < math.inf else "-"
         worst = number(finite[-1]) if finite else "-"
         first = sum(value == 1.0 for value in values)
         failed = len(values) - len(finite)
         lines.append(
-            (name, str(len(values)), median, worst, str(first), str(failed), f"{seconds[name]:.0f}")
+            (name, str(len(values)), median, worst, str(first), str(failed), f"{seconds:.0f}")
         )
     head = ("entry", "splits", "median regret", "worst", "best on", "failed", "CPU [s]")
     order = sorted(lines, key=lambda line: math.inf if line[2] == "-" else float(line[2]))

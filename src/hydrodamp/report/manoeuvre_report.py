@@ -42,18 +42,18 @@ def describe_verdict(result: ShipManoeuvres) -> str:
         for key, reached in _find_failures(result).items()
         if any(each.limit is not None for each in reached)
     ]
-    before = (
-        f" The model does not hold to the end: {', '.join(unfinished)}; the numbers are of the "
-        "motion before."
-    )
     share = result.probability
     chance = "" if share is None else f" ({100.0 * share:.0f} % of the draws meet them)"
     verb, reasons = ("does not meet", f": {', '.join(exceeded)}") if exceeded else ("meets", "")
     subject = result.ship.vehicle.name
     if result.reservations:
         subject = f"{' '.join(result.reservations)} With these reservations, {subject}"
-    ends = before if unfinished else ""
-    return f"{subject} {verb} the limits of {IMO}{chance}{reasons}.{ends}"
+    verdict = f"{subject} {verb} the limits of {IMO}{chance}{reasons}."
+    if unfinished:
+        names = ", ".join(unfinished)
+        verdict += f" The model does not hold to the end: {names}; "
+        verdict += "the numbers are of the motion before."
+    return verdict
 
 
 def _find_failures(result: ShipManoeuvres) -> dict[tuple[str, str], list[Characteristic]]:
