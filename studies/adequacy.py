@@ -24,13 +24,14 @@ import numpy as np
 import typer
 
 import hydrodamp as hd
+from benchmark_campaign import Logs
 from benchmark_campaigns import ROV, SEEN, models_of, tether
 from benchmark_tables import table
 from conditions import COLOURED
 from consistency import MODEL, bound_covariance, true_coefficients
 from hydrodamp.files import save_text
 from hydrodamp.identification.adequacy import Form
-from hydrodamp.simulation.campaign.reenact import CampaignSetup
+from hydrodamp.simulation.campaign.reenact import Campaign, CampaignSetup
 from tables import finish_jobs, replace_table
 
 MARKS = ("<!-- adequacy -->", "<!-- end of adequacy -->")
@@ -122,7 +123,7 @@ def simulate(hull: str, duration: float, level: float, draw: int) -> Iterator[Ro
     if hull == "slender":
         conditions = COLOURED.push_times(level)
         setup = CampaignSetup.of("sname")
-        (logs,) = setup.simulate([FIRST_SEED + draw], duration, conditions)
+        logs: Campaign | Logs = setup.simulate([FIRST_SEED + draw], duration, conditions)[0]
         model, truth = MODEL, true_coefficients()
     else:
         conditions = tether(1.0, coloured=True).push_times(level)

@@ -288,10 +288,9 @@ def _error(row: Row) -> float:
 
 def summarise_leads(rows: Sequence[Row]) -> str:
     """Return on how many splits our default loses to the best outside method, and by how much."""
-    pairs = {"`general`": 1, "the example's models": 2}
     sentences = []
-    for name, index in pairs.items():
-        found = [(lead[0], lead[index], lead[3]) for lead in leads(rows)]
+    for index, name in enumerate(("`general`", "the example's models")):
+        found = [(split, pair[index], other) for split, *pair, other in leads(rows)]
         ratios = {split: ours.error / other.error for split, ours, other in found if ours}
         lost = {split: ratio for split, ratio in ratios.items() if ratio > 1.0}
         worst = max(lost, key=lost.__getitem__, default="")
@@ -310,10 +309,10 @@ def lead_table(rows: Sequence[Row]) -> str:
     for split, general, example, other in leads(rows):
         cells: list[str] = []
         for ours in (general, example):
-            is_known = ours is not None and ours.error < math.inf
-            cells += (
-                [f"{ours.error:.3f}", _ratio(ours.error, other.error)] if is_known else ["-"] * 2
-            )
+            if ours is not None and ours.error < math.inf:
+                cells += f"{ours.error:.3f}", _ratio(ours.error, other.error)
+            else:
+                cells += "-", "-"
         lines.append((split, *cells, f"{_entry(other)} {other.error:.3f}"))
     head = ("split", "`general`", "ratio", "example's model", "ratio", "best outside")
     note = "Error of `recommended`, and its ratio to the best outside method; bold: ours loses."

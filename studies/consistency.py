@@ -94,7 +94,8 @@ def fisher_information(problem: Problem, coefficients: FloatArray, std: FloatArr
                        correlation: FloatArray) -> FloatArray:  # fmt: skip
     """Return the information on the coefficients, free initial states eliminated."""
     rows = sensitivities(problem, coefficients) / std[:, None]
-    p, information = len(coefficients), 0.0
+    p = len(coefficients)
+    information = np.zeros((p, p))
     for start, stop in problem.segments.tolist():
         run = rows[start:stop].copy()
         innovation_std = np.sqrt(1.0 - correlation**2)[:, None]

@@ -16,12 +16,13 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from functools import partial
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import CodeType
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -91,11 +92,11 @@ def change_constant(module: str, name: str, factor: float) -> None:
             return load(loader, fullname)
         tree = ast.parse(loader.get_data(loader.path))
         value = next(value for label, _, value in assignments(tree) if label == name)
-        changed = ast.fix_missing_locations(_Replacement(value).visit(tree))
-        return compile(changed, loader.path, "exec")
+        _Replacement(value).visit(tree)
+        return compile(ast.fix_missing_locations(tree), loader.path, "exec")
 
     setattr(builtins, SCALE, partial(scale, factor=factor))
-    SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
+    patch.object(SourceFileLoader, "get_code", get_code).start()
 
 
 def measure(path: Path) -> Iterator[dict[str, Any]]:
@@ -110,7 +111,10 @@ def measure(path: Path) -> Iterator[dict[str, Any]]:
     problem = hd.prepare(vehicle, train, model)
     fits = []
     for key in methods:
-        method = replace(hd.find_method(key), **options) if options else hd.find_method(key)
+        method = hd.find_method(key)
+        if options:
+            assert is_dataclass(method)
+            method = replace(method, **options)
         fits.append(add_grades(problem, method.identify(problem, model))[0])
     comparison = hd.compare(fits, vehicle, test)
     for fit, row in zip(fits, comparison.rows, strict=True):

@@ -135,7 +135,7 @@ def read_constants(module: str, text: str) -> Iterator[Constant]:
             while lines[before - 1].lstrip().startswith("#"):
                 before -= 1
             comment = " ".join(line.lstrip("#: ") for line in lines[before : node.lineno - 1])
-            beside = lines[node.end_lineno - 1].partition("  # ")[2]
+            beside = lines[(node.end_lineno or node.lineno) - 1].partition("  # ")[2]
             owner, _, field = name.rpartition(".")
             described = re.compile(rf"\n {{4}}(?:\w+, )*{field}(?:, \w+)* : .*\n +(.+)")
             found = described.search(text, text.index(f"class {owner}")) if owner else None
@@ -158,7 +158,8 @@ def find_constants() -> dict[str, Constant]:
 
 def not_tuned(constant: Constant) -> str:
     """Return why a constant is no tuned number; empty for one that is."""
-    for reason, names in STATED["not_tuned"].items():
+    reasons: dict[str, list[str]] = STATED["not_tuned"]
+    for reason, names in reasons.items():
         if any(fnmatch(constant.key, f"*.{name}") for name in names):
             return reason
     return ""

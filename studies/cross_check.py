@@ -59,6 +59,7 @@ def main(
     for key, name in METHODS.items():
         fit = hd.find_method(key).identify(problem, model)
         known = fit.damping
+        assert known.covariance is not None
         pairs = dict(zip(theirs["labels"], zip(*theirs[name], strict=True), strict=True))
         values = np.array([pairs[label] for label in model.labels]).T
         errors = np.sqrt(np.diag(known.covariance))

@@ -116,16 +116,26 @@ def replay_script(train: Log, test: Log, axes: list[int], *, has_fins: bool) -> 
 
         def residuals(x: FloatArray) -> FloatArray:
             error = script.simulate(np.split(x, cuts), windows) - windows.velocity[:, None]
-            return np.moveaxis(error[axes] / std, 1, -1).reshape(-1, x.shape[1])
+            by_set = np.moveaxis(error[axes] / std, 1, -1)
+            return np.asarray(by_set.reshape(-1, x.shape[1]))
+
+        def residual(x: FloatArray) -> FloatArray:
+            return residuals(x[:, None])[:, 0]
 
         def jacobian(x: FloatArray) -> FloatArray:
             probe = np.sqrt(np.finfo(float).eps) * np.maximum(1.0, np.abs(x))
             found = residuals(np.column_stack([x, x[:, None] + np.diag(probe)]))
-            return (found[:, 1:] - found[:, :1]) / probe
+            return np.asarray((found[:, 1:] - found[:, :1]) / probe)
 
-        settings = {"loss": "soft_l1", "f_scale": 0.5, "max_nfev": MAX_EVALUATIONS}
-        settings["x_scale"] = np.maximum(np.abs(best), 1e-3 * np.abs(best).max())
-        best = least_squares(lambda x: residuals(x[:, None])[:, 0], best, jacobian, **settings).x
+        best = least_squares(
+            residual,
+            best,
+            jacobian,
+            loss="soft_l1",
+            f_scale=0.5,
+            max_nfev=MAX_EVALUATIONS,
+            x_scale=np.maximum(np.abs(best), 1e-3 * np.abs(best).max()),
+        ).x
     alone = (Series(*(each[..., None, :] for each in run)) for run in split_series(test))
     coefficients = np.split(best[:, None], cuts)
     return np.hstack([script.simulate(coefficients, run)[:, 0, 0] for run in alone]).T

@@ -27,6 +27,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from subprocess import CompletedProcess
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import typer
@@ -181,9 +182,9 @@ def read_in_child(numbers: range, seeds: dict[str, bytes], folder: Path) -> Iter
         yield from (OUTCOMES[code] for code in stream.read())
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):
-        number = os.WTERMSIG(status)
-        is_late = number in (signal.SIGALRM, signal.SIGPROF)
-        yield "time limit" if is_late else signal.Signals(number).name
+        received = os.WTERMSIG(status)
+        is_late = received in (signal.SIGALRM, signal.SIGPROF)
+        yield "time limit" if is_late else signal.Signals(received).name
 
 
 def _limit_memory() -> None:
@@ -233,7 +234,7 @@ def run_forked(command: list[str], *, input: bytes, **_: bool) -> CompletedProce
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(status)
-        _, status = os.waitpid(child, 0)
+        status = os.waitpid(child, 0)[1]
         for stream in streams[1:]:
             stream.seek(0)
         code = os.waitstatus_to_exitcode(status)
@@ -244,9 +245,12 @@ def main(first: int = 0, n: int = 1000, out: Path = Path("fuzz.json"), only: str
     """Read ``n`` mutated files from number ``first``, and write the counts of outcomes."""
     counts: dict[str, Counter[str]] = {}
     faults = out.with_suffix(".faults")
-    zipfile.ZipExtFile._update_crc = lambda *_: None  # an attacker writes the right one
-    arrays.subprocess = SimpleNamespace(run=run_forked)  # type: ignore[assignment]
-    with tempfile.TemporaryDirectory() as name:
+    with (
+        # an attacker writes the right checksum
+        patch.object(zipfile.ZipExtFile, "_update_crc", lambda *_: None),
+        patch.object(arrays, "subprocess", SimpleNamespace(run=run_forked)),
+        tempfile.TemporaryDirectory() as name,
+    ):
         folder = Path(name)
         seeds = {key: it for key, it in write_seeds(folder).items() if only in key}
         for key in seeds:

@@ -73,7 +73,7 @@ def sail(seed: int) -> hd.Log:
     left, right = np.repeat(rng.uniform(-3.0, 10.0, (2, N_SAMPLES // HOLD)), HOLD, axis=1)
     wrench = np.zeros((N_SAMPLES, 6))
     wrench[:, 0], wrench[:, 5] = left + right, ARM * (left - right)
-    time, start = STEP * np.arange(N_SAMPLES), np.eye(N_SAMPLES, 6)
+    time, start = STEP * np.arange(float(N_SAMPLES)), np.eye(N_SAMPLES, 6)
     segments = (Segment("1", 0, N_SAMPLES),)
     log = hd.Log(time, start, ("u", "v", "r"), wrench=wrench, segments=segments)
     velocity = hd.simulate(HULL, TRUTH, log).velocity
@@ -95,6 +95,7 @@ def identify(case: str, std: str, wrong: str, draw: int) -> Row:
     if case.startswith("gain"):
         priors["wrench_gain"] = (0.3,) * 6
     if wrong.startswith("gain"):
+        assert log.wrench is not None
         log = replace(log, wrench=log.wrench * (1.0 / (1.5 if draw % 2 else 0.5)))
     vehicle = replace(HULL, mass_matrix=mass + added, added_mass=added, std=priors)
     problem = hd.prepare(vehicle, log, TRUTH.model)

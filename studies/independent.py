@@ -8,10 +8,14 @@ squares of each axis with central differences of ν. Output error: Runge-Kutta r
 inputs from free initial states, residuals over their standard deviations until these settle.
 """
 
+from __future__ import annotations
+
 import json
 import sys
+from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import least_squares
 
 MASS, X_G, I_Z = 3272.0, 0.2436, 9909.0
@@ -28,8 +32,14 @@ LABELS = [
 ]
 N_ROUNDS = 4
 
+Array = npt.NDArray[np.float64]
+Run = tuple[Array, Array, Array]
+"""Times (n,), velocities (n, 3) and inputs (n, 2)."""
 
-def terms(u, v, r, thrust, rudder):
+
+def terms(
+    u: Array, v: Array, r: Array, thrust: Array, rudder: Array
+) -> tuple[list[Array], list[Array]]:
     """Return the columns of surge, and those of sway and yaw."""
     surge = [u * u, v * v, r * r, v * r, thrust, (u * rudder) ** 2]
     absolute = abs(v), abs(r)
@@ -37,15 +47,16 @@ def terms(u, v, r, thrust, rudder):
     return surge, [*lift, u * u * rudder, u * u]
 
 
-def moving_frame(u, v, r):
+def moving_frame(u: Array, v: Array, r: Array) -> tuple[Array, Array, Array]:
     """Return the force of the moving frame on the left side."""
     surge, sway = M[0, 0] * u, M[1, 1] * v + M[1, 2] * r
     return -sway * r, surge * r, u * sway - v * surge
 
 
-def equation_error(runs):
+def equation_error(runs: Sequence[Run]) -> tuple[Array, Array]:
     """Return coefficients and standard errors of least squares."""
-    designs, targets = [[], [], []], [[], [], []]
+    designs: list[list[Array]] = [[], [], []]
+    targets: list[list[Array]] = [[], [], []]
     for time, motion, inputs in runs:
         rate = np.gradient(motion, time, axis=0)
         force = rate @ M.T + np.column_stack(moving_frame(*motion.T))
@@ -62,7 +73,7 @@ def equation_error(runs):
     return np.concatenate(values), np.concatenate(errors)
 
 
-def simulate(coefficients, initial, runs):
+def simulate(coefficients: Array, initial: Array, runs: Sequence[Run]) -> Array:
     """Return the velocities (samples, 3, n) of n sets of coefficients (22, n), run after run."""
     surge_k, sway_k, yaw_k = np.split(coefficients, [len(SURGE), len(SURGE) + len(SWAY)])
     state = initial.reshape(len(runs), 3, -1).transpose(1, 0, 2)
@@ -72,7 +83,7 @@ def simulate(coefficients, initial, runs):
         steps[: len(time) - 1, index, 0] = np.diff(time)
         held[: len(time), :, index, 0] = inputs
 
-    def rate(state, inputs):
+    def rate(state: Array, inputs: Array) -> Array:
         surge, sway = terms(*state, *inputs)
         totals = [
             sum(k * x for k, x in zip(row, columns, strict=True))
@@ -93,28 +104,31 @@ def simulate(coefficients, initial, runs):
     return np.concatenate([whole[: len(each[0]), :, k] for k, each in enumerate(runs)])
 
 
-def output_error(runs, start):
+def output_error(runs: Sequence[Run], start: Array) -> tuple[Array, Array]:
     """Return coefficients and standard errors of the least simulation error."""
     measured = np.vstack([motion for _, motion, _ in runs])
     scale = np.concatenate([np.abs(start), np.full(3 * len(runs), 0.1)])
     x = np.concatenate([start, *(motion[0] for _, motion, _ in runs)]) / scale
     std = measured.std(axis=0)
 
-    def residuals(x):
+    def residuals(x: Array) -> Array:
         sets = (np.atleast_2d(x) * scale).T
         with np.errstate(all="ignore"):
             found = simulate(sets[: len(start)], sets[len(start) :], runs)
         found = np.nan_to_num(found, nan=1e3, posinf=1e3, neginf=-1e3)
         difference = (measured[:, :, None] - found) / std[None, :, None]
-        return difference.reshape(-1, sets.shape[1])
+        return np.asarray(difference.reshape(-1, sets.shape[1]))
 
-    def jacobian(x):
+    def residual(x: Array) -> Array:
+        return residuals(x)[:, 0]
+
+    def jacobian(x: Array) -> Array:
         step = 1e-6
         moved = residuals(np.vstack([x + step * np.eye(len(x)), x - step * np.eye(len(x))]))
         return (moved[:, : len(x)] - moved[:, len(x) :]) / (2.0 * step)
 
     for _ in range(N_ROUNDS):
-        result = least_squares(lambda x: residuals(x)[:, 0], x, jacobian, method="lm", max_nfev=30)
+        result = least_squares(residual, x, jacobian, method="lm", max_nfev=30)
         x = result.x
         std = std * np.sqrt(np.mean(result.fun.reshape(-1, 3) ** 2, axis=0))
     covariance = np.linalg.inv(jacobian(x).T @ jacobian(x))
@@ -122,7 +136,7 @@ def output_error(runs, start):
     return values[: len(start)], errors[: len(start)]
 
 
-def main(path):
+def main(path: str) -> None:
     """Print the coefficients and standard errors of a canonical log."""
     table = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8")
     motion = np.column_stack([table[name] for name in "uvr"])

@@ -28,11 +28,12 @@ from benchmark_campaigns import (
 )
 from benchmark_crafts import Craft, Steered, heavy_rov, rov, sail
 from benchmark_plans import Sea, crossflow, lagging, marginal, published, remus
-from conditions import Conditions
 from hydrodamp.arrays import FloatArray
 from hydrodamp.live.estimator import LiveState, start, update
-from hydrodamp.live.samples import Row, rows_of
+from hydrodamp.live.samples import Row, read_number, rows_of
+from hydrodamp.simulation.campaign.conditions import Conditions
 from hydrodamp.simulation.campaign.reenact import PAUSE
+from hydrodamp.vehicle.actuators import Actuator
 from tables import replace_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "change-detection.md"
@@ -71,7 +72,7 @@ class Change:
             return vehicle
         return replace(vehicle, actuators=tuple(map(self._left, vehicle.actuators)))
 
-    def _left(self, one: object) -> object:
+    def _left(self, one: Actuator) -> Actuator:
         if not isinstance(one, hd.Fin) or one.command != "rudder":
             return one
         force, left = dict(one.force), 1.0 - self.share
@@ -224,7 +225,8 @@ def _later(log: hd.Log, begins: float) -> Iterator[Row]:
     parts = {part.name: (ends[k] - spans[k][0]) for k, part in enumerate(log.segments)}
     for row in rows_of(log):
         name = str(row["segment"])
-        yield {**row, "time": row["time"] + begins + parts[name], "segment": f"{begins:.0f} {name}"}
+        time = read_number(row, "time") + begins + parts[name]
+        yield {**row, "time": time, "segment": f"{begins:.0f} {name}"}
 
 
 def quiet(seeds: dict[tuple[str, str], list[int]]) -> tuple[float, list[tuple[str, float]]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import hydrodamp as hd
-from hydrodamp.live.samples import Row, rows_of
+from hydrodamp.live.samples import Row, read_number, rows_of
 from hydrodamp.simulation.campaign.conditions import (
     DEPTH_HOLDS,
     DEPTH_STEPS,
@@ -70,4 +70,5 @@ def sail(
 def rows(log: hd.Log, begins: float = 0.0) -> Iterator[Row]:
     """Yield the rows of a log from a time [s] on."""
     for row in rows_of(log):
-        yield {**row, "time": float(row["time"]) + begins, "segment": f"{begins} {row['segment']}"}
+        time = read_number(row, "time") + begins
+        yield {**row, "time": time, "segment": f"{begins} {row['segment']}"}

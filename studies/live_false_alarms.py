@@ -21,6 +21,7 @@ import numpy as np
 import hydrodamp as hd
 from benchmark_campaigns import noise
 from hydrodamp.live.estimator import LiveState, start, update
+from hydrodamp.live.samples import read_number
 from hydrodamp.simulation.campaign.reenact import PAUSE, Campaign, CampaignSetup
 from live_alarm import Change, dragged
 from live_campaigns import DIVES, MODELS, STEPS, TRUTHS, Dive, rows, sail
@@ -41,6 +42,9 @@ SEA = noise(1.0, 1.0, coloured=True)
 WAIT = 300.0
 """For an alarm after a change [s]."""
 
+Quiet = tuple[str, str, str, float, list[tuple[float, str]], str]
+"""Model, truth, name and hours of a campaign, its alarms, and the axes armed at the end."""
+
 
 def follow(
     state: LiveState | None,
@@ -52,7 +56,7 @@ def follow(
     """Return the state after a log up to its end [s], and when alarms rang, on which axis first."""
     begins = 0.0 if state is None else state.validator.time + PAUSE
     rang = []
-    for row in takewhile(lambda row: row["time"] < begins + end, rows(log, begins)):
+    for row in takewhile(lambda row: read_number(row, "time") < begins + end, rows(log, begins)):
         state = start(vehicle, model, "rls", row) if state is None else state
         before = state.alarm.changes
         state, _ = update(state, row)
@@ -74,7 +78,7 @@ def sail_changed(truth: str, change: Change, seed: int) -> Campaign:
     return plan.simulate((seed,), BASE.duration, SEA)[0]
 
 
-def quiet(task: tuple[str, Dive, int]) -> list[tuple[str, str, str, float, list[object], str]]:
+def quiet(task: tuple[str, Dive, int]) -> list[Quiet]:
     """Return hours, alarms and armed axes at the end, of each model on a quiet campaign."""
     warnings.simplefilter("ignore", hd.HydrodampWarning)
     truth, dive, seed = task
@@ -102,7 +106,7 @@ def detect(task: tuple[str, int]) -> list[tuple[str, str, Change, tuple[float, s
     return found
 
 
-def false_alarms(found: list[tuple[str, str, str, float, list[object], str]]) -> Iterator[str]:
+def false_alarms(found: list[Quiet]) -> Iterator[str]:
     """Yield the table of quiet campaigns."""
     yield "| model | truth | campaigns | hours | false alarms | armed at the end |"
     yield "|---|---|---|---|---|---|"

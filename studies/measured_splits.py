@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -43,21 +43,18 @@ class Split(NamedTuple):
 def read_splits(path: Path = TABLE) -> tuple[dict[str, str], list[Split]]:
     """Return the SHA-256 of every file, and the splits."""
     table = tomllib.loads(path.read_text("utf-8"))
-    vehicles = {
-        name: {key: tuple(value.split()) for key, value in row.items()}
-        for name, row in table["vehicle"].items()
-    }
-    splits = [_split(row, vehicles[row["vehicle"]]) for row in table["split"]]
+    splits = [_split(row, table["vehicle"][row["vehicle"]]) for row in table["split"]]
     return table["files"], splits
 
 
-def _split(row: Mapping[str, Any], vehicle: Mapping[str, tuple[str, ...]]) -> Split:
-    lists = {
-        key: tuple(tuple(each) if isinstance(each, list) else each for each in value)
-        for key, value in row.items()
-        if isinstance(value, list)
-    }
-    return Split(row["name"], row["vehicle"], **vehicle, **lists)
+def _split(row: Mapping[str, Any], vehicle: Mapping[str, str]) -> Split:
+    files = (tuple(row[key]) for key in ("train", "test"))
+    words = (tuple(vehicle[key].split()) for key in ("velocities", "models", "terms"))
+    intervals = (
+        tuple((start, stop) for start, stop in row.get(key, ()))
+        for key in ("train_intervals", "test_intervals")
+    )
+    return Split(row["name"], row["vehicle"], *files, *words, *intervals)
 
 
 def check_file(folder: Path, name: str, expected: str) -> Path:
@@ -85,7 +82,8 @@ def read_logs(folder: Path, split: Split, checksums: Mapping[str, str]) -> Logs:
         log = READERS[split.vehicle](paths)
         cut = [log.between(start - log.time[0], stop - log.time[0]) for start, stop in intervals]
         parts.append(hd.concatenate(cut) if cut else log)
-    return Logs(_vehicle(split.vehicle), *parts)
+    train, test = parts
+    return Logs(_vehicle(split.vehicle), train, test)
 
 
 def models(split: Split) -> Iterator[hd.DampingModel]:
@@ -112,6 +110,7 @@ def _vehicle(name: str) -> hd.Vehicle:
     vehicle = hd.read_vehicle(EXAMPLES / name / "vehicle.yaml")
     if name != "esso_osaka":
         return vehicle
+    assert vehicle.added_mass is not None
     added = np.zeros((6, 6))
     added[[0, 1, 5], [0, 1, 5]] = LABORATORY_MASS
     mass = vehicle.mass_matrix - vehicle.added_mass + added
@@ -124,7 +123,8 @@ def _read_example(name: str, paths: list[Path]) -> hd.Log:
 
 def _read_pond(paths: list[Path]) -> hd.Log:
     """Return runs with the true wind, turned by the heading, in place of the relative wind."""
-    log = load_module(EXAMPLES / "esso_osaka" / "compare.py").read(paths)
+    log: hd.Log = load_module(EXAMPLES / "esso_osaka" / "compare.py").read(paths)
+    assert log.attitude is not None
     true = hd.read_logs(paths, STUDIES / "true_wind_mapping.yaml")
     heading = euler_from_quaternion(log.attitude)[:, 2]
     speed, direction = (true.command(f"wind_{each}") for each in ("speed", "direction"))
@@ -152,7 +152,7 @@ def _read_field(folder: Path) -> hd.Log:
     return log
 
 
-READERS = {
+READERS: dict[str, Callable[[list[Path]], hd.Log]] = {
     "bluerov2": lambda paths: _read_example("bluerov2", paths),
     "kvlcc2": lambda paths: _read_example("kvlcc2", paths),
     "esso_osaka": _read_pond,

@@ -12,6 +12,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 import hydrodamp as hd
 from hydrodamp.export.c99 import IDENTIFIER_SOURCES, SOURCES, STRICT, C
 from hydrodamp.export.plant import ExportedPlant
@@ -178,7 +180,7 @@ def write_program(folder: Path, name: str) -> str:
 def measure_identifiers(model: str, precision: str) -> list[str]:
     """Return rows of the table for the identifiers of a model; print the code size."""
     damping_model = hd.catalog[model]
-    damping = hd.Damping(damping_model, [-1.0] * damping_model.n_coefficients)
+    damping = hd.Damping(damping_model, np.full(damping_model.n_coefficients, -1.0))
     plant, form = ExportedPlant.of(hd.fleet["vt690"], damping), C(precision=precision)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)

@@ -59,6 +59,7 @@ class Simulator:
 
     def run(self, x: FloatArray, log: Log, inputs: FloatArray, start: int, stop: int) -> FloatArray:
         """Return velocities (n, 6), forward-starboard-down, from the measured state at a start."""
+        assert log.attitude is not None
         model, data, mujoco = self.model, self.data, self.mujoco
         model.geom_size[0] = x[:3]
         # interaction, then blunt drag, slender drag, angular drag, Kutta lift, Magnus lift
@@ -110,6 +111,7 @@ def replay(logs: Logs) -> tuple[FloatArray, float]:
     from mujoco import sysid
 
     began, train, test = time.process_time(), logs.train, logs.test
+    assert logs.vehicle.added_mass is not None
     rigid = np.diag(logs.vehicle.mass_matrix - logs.vehicle.added_mass)
     simulator = Simulator(rigid[0], rigid[3:])
     std = train.velocity.std(axis=0)

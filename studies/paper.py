@@ -128,10 +128,11 @@ def identifier(seeds: int, longer: float) -> Iterator[str]:
 
 def table(truth: str, campaigns: Sequence[Sequence[Campaign]]) -> Iterator[str]:
     """Yield Table I beside its re-enactments on one truth."""
-    for name, methods in (
-        ("ls", {"ls": hd.LeastSquares()}),
-        ("ai", {**{unit: UNITS[unit] for unit in ("rad/s", "deg/s")}, **COMPOSITE}),
-    ):
+    methods_of: dict[str, dict[str, Method]] = {
+        "ls": {"ls": hd.LeastSquares()},
+        "ai": {**{unit: UNITS[unit] for unit in ("rad/s", "deg/s")}, **COMPOSITE},
+    }
+    for name, methods in methods_of.items():
         printed = tuple(getattr(hd.PAPER_TABLE_I[model.key], name) for model in MODELS)
         columns = {
             f"{called} {noise}": errors(logs, method, MODELS)[0]

@@ -84,6 +84,7 @@ class Mask:
 
     def __init__(self, log: hd.Log, seed: int) -> None:
         self.log, self.rng = log, np.random.default_rng(seed)
+        assert log.attitude is not None
         velocity, rotations = log.velocity, rotation_matrices(log.attitude)
         self.position = self._integrate(np.einsum("nij,nj->ni", rotations, velocity[:, :3]))
         self.euler = euler_from_quaternion(log.attitude)
