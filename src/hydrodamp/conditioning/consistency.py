@@ -8,7 +8,7 @@ wrong unit or sign; a low correlation reveals a channel that measures something 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.conditioning.derivatives import GRAVITY
+from hydrodamp.conditioning.derivatives import GRAVITY, derivable_rates
 from hydrodamp.conditioning.dropouts import ATTITUDE, find_mocap_dropouts, varying_position
 from hydrodamp.conditioning.outliers import find_attitude_outliers
 from hydrodamp.data.channel_regression import (
@@ -199,7 +199,8 @@ def find_inconsistencies(log: Log, size: VehicleScale) -> Iterator[QualityIssue]
     invalid = find_attitude_outliers(log) | dropouts.get(ATTITUDE, False)
     attitude = np.where(invalid[:, np.newaxis], np.nan, log.attitude)
     rotation = integrate_rotation(attitude, log.bounds)
-    yield from _velocity_issues(log, 3, rotation, size.negligible("rad/s"))
+    rates = derivable_rates(log.attitude)
+    yield from _velocity_issues(log, rates, rotation, size.negligible("rad/s"))
     if (measured := varying_position(log)) is not None:
         missing = dropouts[POSITION.columns[0]][:, np.newaxis]
         position = np.where(missing, np.nan, measured)
@@ -210,18 +211,19 @@ def find_inconsistencies(log: Log, size: VehicleScale) -> Iterator[QualityIssue]
         if issue := _frame_issue(log, measured, alternative, displacement):
             yield issue
         else:
-            yield from _velocity_issues(log, 0, displacement, size.negligible("m/s"))
+            yield from _velocity_issues(log, VELOCITIES[:3], displacement, size.negligible("m/s"))
 
 
 def _velocity_issues(
-    log: Log, first: int, reference_values: FloatArray, negligible: float
+    log: Log, compared: Sequence[str], reference_values: FloatArray, negligible: float
 ) -> Iterator[QualityIssue]:
-    """Yield the issues of three velocities; those with the same problem share one issue."""
+    """Yield the issues of linear or angular velocities; those with the same problem share one."""
+    first = VELOCITIES.index(compared[-1]) - 2
     units, reference, step = _COMPARISONS[first]
     columns = {
         name: first + k
         for k, name in enumerate(VELOCITIES[first : first + 3])
-        if name in log.velocity_names
+        if name in log.velocity_names and name in compared
     }
     regressions = {
         name: _regress(log, [column], reference_values[:, [column - first]])

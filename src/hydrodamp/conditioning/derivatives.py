@@ -7,15 +7,16 @@ its slope at the sample is the derivative. Leave-one-out cross-validation select
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hydrodamp.arrays import FloatArray, IntArray, frozen
-from hydrodamp.basis.term import VELOCITIES
-from hydrodamp.data.attitude import down_vectors, rotate_to_body, rotation_vectors
+from hydrodamp.basis.term import AXES, VELOCITIES
+from hydrodamp.data.attitude import euler_from_quaternion, rotate_to_body, rotation_vectors
+from hydrodamp.data.channels import EULER
 from hydrodamp.data.log import Log
 from hydrodamp.errors import LogError, did_you_mean
 
@@ -116,7 +117,31 @@ def required_blocks(log: Log, step: str, *names: str) -> list[FloatArray]:
 
 
 _LINEAR, _RATES = VELOCITIES[:3], VELOCITIES[3:]
-_MAX_TILT = 1e-9  # tilt of the down vector; less in a planar log
+_MAX_DEVIATION = 1e-9  # rad; a constant angle deviates less
+_CONSTANT_SHARE = 0.99  # of the samples; steps interpolate the others
+
+
+def derivable_rates(attitude: FloatArray) -> tuple[str, ...]:
+    """Return those of p q r that an attitude determines: not p of a constant roll, q of a pitch.
+
+    An angle that no sensor measured is constant; what turns of the other angles add to its rate
+    is no measurement.
+    """
+    tilts = euler_from_quaternion(attitude)[:, :2]
+    deviations = np.abs(tilts - np.median(tilts, axis=0))
+    varies = np.quantile(deviations, _CONSTANT_SHARE, axis=0) > _MAX_DEVIATION
+    return tuple(name for name, known in zip(_RATES, (*varies, True), strict=True) if known)
+
+
+def constant_angles(log: Log, rates: Collection[str]) -> Iterator[str]:
+    """Yield a message for each of these rates whose angle is constant in the attitude of a log."""
+    known = _RATES if log.attitude is None else derivable_rates(log.attitude)
+    for angle, name, axis in zip(EULER, _RATES, AXES[3:], strict=True):
+        if name in rates and name not in known:
+            yield (
+                f"{angle} is constant, so it was not measured and {name} cannot be derived from "
+                f"the attitude: record {name}, or leave {axis} out of the vehicle's `axes`."
+            )
 
 
 def rates_from_attitude(
@@ -129,7 +154,8 @@ def rates_from_attitude(
     log : Log
         With an attitude.
     names : sequence of str, optional
-        Which of p q r to derive; default: those not recorded (of a level log only r).
+        Which of p q r to derive; default: those not recorded that the attitude determines
+        (not p of a constant roll, which was not measured, nor q of a constant pitch).
     seconds : float, optional
         Length of the local quadratics [s]; default: selected by cross-validation.
 
@@ -153,8 +179,7 @@ def rates_from_attitude(
     (('u', 'r'), 0.3)
     """
     (attitude,) = required_blocks(log, "rates_from_attitude", "attitude")
-    level = bool((np.abs(down_vectors(attitude)[:, :2]) < _MAX_TILT).all())
-    chosen = _names_to_derive(log, names, _RATES, _RATES[2:] if level else _RATES)
+    chosen = _names_to_derive(log, names, _RATES, derivable_rates(attitude))
     if not chosen:
         return log
     fit, window = fit_slopes(log, _relative_rotations(attitude), seconds)

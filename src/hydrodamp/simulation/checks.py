@@ -14,6 +14,7 @@ import numpy as np
 from hydrodamp.arrays import FloatArray
 from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.basis.term import AXES, RESERVED, VELOCITY_OF
+from hydrodamp.conditioning.derivatives import constant_angles, derivable_rates
 from hydrodamp.data.log import Log
 from hydrodamp.errors import ProblemError, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
@@ -206,6 +207,7 @@ def _velocities(vehicle: Vehicle, log: Log) -> Iterator[str]:
             "that observes them (position, attitude, specific force), or name fewer `axes` in the "
             "vehicle file."
         )
+    yield from constant_angles(log, missing)
 
 
 #: Kinds of measurements whose output equation has the rotation matrix.
@@ -241,7 +243,7 @@ def observed_velocities(log: Log) -> set[str]:
     if log.position is not None:
         observed |= {*"uvw"}
     if log.attitude is not None:
-        observed |= {*"pqr"}
+        observed |= {*derivable_rates(log.attitude)}
     return observed
 
 

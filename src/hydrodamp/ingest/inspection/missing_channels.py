@@ -10,6 +10,7 @@ import numpy as np
 
 from hydrodamp.basis.term import VELOCITIES
 from hydrodamp.conditioning.consistency import QualityIssue
+from hydrodamp.conditioning.derivatives import constant_angles
 from hydrodamp.data.log import Log
 from hydrodamp.ingest.inspection.command_signs import Signs
 
@@ -48,6 +49,7 @@ def missing_channels(log: Log, is_boat: bool) -> Iterator[str]:
             "(pass --vehicle), or a step derives them: `rates_from_attitude`, "
             "`velocity_from_position`."
         )
+        yield from constant_angles(log, absent)
     if log.attitude is None and not is_boat:
         yield "attitude (roll pitch yaw or qw qx qy qz): weight and buoyancy depend on it."
     if log.wrench is None and not log.command_names:
