@@ -29,15 +29,15 @@ METHODS = "weak,oe,recommended"
 def read(paths: list[Path]) -> hd.Log:
     """Return runs as one log, a segment each, with the commands of models.yaml."""
     log = hd.read_logs(paths, HERE / "mapping.yaml")
-    names = ("propeller", "rudder", "wind_speed", "wind_direction")
-    revolutions, rudder, wind, direction = (log.command(name) for name in names)
+    names = ("propeller", "rudder", "wind_u", "wind_v")
+    revolutions, rudder, wind_u, wind_v = (log.command(name) for name in names)
     commands = {
         "ahead": np.maximum(revolutions, 0.0),
         "astern": np.minimum(revolutions, 0.0),
         "fin": np.sin(rudder),
-        "wind_x": wind * np.cos(direction),
-        "wind_y": wind * np.sin(direction),
-        "wind": wind,
+        "wind_x": -wind_u,
+        "wind_y": -wind_v,
+        "wind": np.hypot(wind_u, wind_v),
     }
     columns = np.column_stack(list(commands.values()))
     return replace(log, command_names=tuple(commands), commands=columns)

@@ -240,7 +240,7 @@ class MessageSynchroniser:
 
 
 def _columns(source: Source) -> Iterator[str]:
-    yield from (source.column, *source.where, *source.plus)
+    yield from (source.column, *source.further_columns)
 
 
 def _ready_time(streams: Sequence[Stream], max_delay: float) -> float:

@@ -10,10 +10,8 @@ from hydrodamp.ingest.mapping import LogMapping, json_schema, presets, read_mapp
 from hydrodamp.ingest.mapping.log_mapping import resolve_extends
 from table_rows import rows
 
-NAMES = (
-    *("ardusub", "ardusub-mavlink", "avl690", "bluerov2-kth", "esso-osaka", "kvlcc2-hsva"),
-    *("mavros", "px4-uuv", "rep103-odometry"),
-)
+UP_TO_MAVROS = "ardusub ardusub-mavlink avl690 bluerov2-kth esso-osaka kvlcc2-hsva mavros"
+NAMES = (*UP_TO_MAVROS.split(), "px4-uuv", "rep103-odometry")
 
 
 def test_the_presets_are_those_promised_and_name_their_sources():
@@ -25,17 +23,11 @@ def test_the_presets_are_those_promised_and_name_their_sources():
 
 
 def test_a_file_changes_what_it_extends(tmp_path):
-    (tmp_path / "mine.yaml").write_text(
-        "extends: rep103-odometry\n"
-        "topics: {odometry: /rov/odom}\n"
-        "velocity: {p: /imu.gyro.x, w: null}\n"
-        "commands: [a, b]\n",
-        encoding="utf-8",
-    )
-    (tmp_path / "yours.yaml").write_text(
-        "extends: [mine.yaml]\ncommands: {b: {column: bb}}\nclock: {rate: 10}\nposition: null\n",
-        encoding="utf-8",
-    )
+    text = "extends: rep103-odometry\ntopics: {odometry: /rov/odom}\ncommands: [a, b]\n"
+    text += "velocity: {p: /imu.gyro.x, w: null}\n"
+    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+    text = "extends: [mine.yaml]\ncommands: {b: {column: bb}}\nclock: {rate: 10}\nposition: null\n"
+    (tmp_path / "yours.yaml").write_text(text, encoding="utf-8")
     mine, yours = (read_mapping(tmp_path / name) for name in ("mine.yaml", "yours.yaml"))
     columns = {entry.name: entry.column for entry in mine.entries}
     assert columns["p"] == "/imu.gyro.x"
@@ -58,11 +50,10 @@ def test_what_cannot_be_extended_is_told(tmp_path, refused):
     refused(LogError, LogMapping.from_dict, {"extends": "mavross"})
     refused(LogError, LogMapping.from_dict, {"extends": [3]})
     (tmp_path / "list.yaml").write_text("[1, 2]\n", encoding="utf-8")
-    refused(
-        LogError, lambda: LogMapping.from_dict({"extends": "list.yaml"}, str(tmp_path / "map.yaml"))
-    )
+    path = str(tmp_path / "map.yaml")
+    refused(LogError, lambda: LogMapping.from_dict({"extends": "list.yaml"}, path))
     with pytest.raises(FileError, match="cannot be read"):
-        LogMapping.from_dict({"extends": "absent.yaml"}, str(tmp_path / "map.yaml"))
+        LogMapping.from_dict({"extends": "absent.yaml"}, path)
     refused(LogError, read_mapping, "ardu")
 
 

@@ -31,14 +31,10 @@ def test_odometry_of_rep_103(topic, odometry, dive, refused):
 
 def test_a_bag_beside_mavros(dive):
     pulses = np.tile([1500, 1900.0], (len(dive.time), 1))
-    topics = {
-        "imu/data": imu(dive),
-        "local_position/velocity_body": twist(dive.body * FLIP),
-        "local_position/pose": name_columns(
-            "pose.position.x pose.position.y pose.position.z", dive.enu
-        ),
-        "rc/out": name_columns("channels[0] channels[1]", pulses),
-    }
+    position = name_columns("pose.position.x pose.position.y pose.position.z", dive.enu)
+    topics = {"imu/data": imu(dive), "rc/out": name_columns("channels[0] channels[1]", pulses)}
+    topics["local_position/velocity_body"] = twist(dive.body * FLIP)
+    topics["local_position/pose"] = position
     bag = (Topic(f"/mavros/{name}", dive.time, fields) for name, fields in topics.items())
     log = read_mapping("mavros").log(Recording(tuple(bag), "dive.bag", "a test"))
     dive.check(log)
@@ -52,9 +48,8 @@ def test_a_bag_beside_mavros(dive):
 def test_a_dataflash_log_of_ardusub(core, ardusub, dive):
     attitude, ekf, imu, servos = ardusub.topics
     rates = Topic("RATE", dive.time, dict(zip("RPY", np.degrees(dive.rates).T, strict=True)))
-    second_core = Topic(
-        "XKF1[1]", dive.time, {name: values + 9 for name, values in ekf.fields.items()}
-    )
+    moved = {name: values + 9 for name, values in ekf.fields.items()}
+    second_core = Topic("XKF1[1]", dive.time, moved)
     topics = (attitude, rates, replace(ekf, name=core), second_core, imu, servos)
     log = read_mapping("ardusub").log(replace(ardusub, topics=topics))
     dive.check(log)
@@ -91,9 +86,19 @@ def test_the_tanker_moves_as_its_position_says(measured_logs):
         across = east * np.cos(middle) - north * np.sin(middle)
         yawing = rotation_vectors(log.attitude[:-1], log.attitude[1:])[:, 2] / np.diff(log.time)
         for recorded, slope, least in ((0, along, 3e-3), (1, across, 3e-3), (5, yawing, 2e-3)):
-            error = np.sqrt(np.mean((mean[:, recorded] - slope) ** 2))
-            assert error < least, (path.name, recorded)
+            assert np.sqrt(np.mean((mean[:, recorded] - slope) ** 2)) < least, (path.name, recorded)
         assert np.abs(log.command("rudder")).max() < np.radians(36)
+
+
+def test_the_relative_wind_of_the_pond_is_the_true_wind_less_the_velocity(measured_logs):
+    """In body axes, u and v taken off; both winds come from their directions."""
+    true = {"wind_speed": "wind_velo_true", "wind_direction": "wind_dir_true"}
+    path = measured_logs("esso_osaka") / "random_06-Aug-2020_16_24_25_3.csv"
+    log = read_log(path, LogMapping.from_dict({"extends": "esso-osaka", "commands": true}))
+    bow = log.command("wind_direction") - euler_from_quaternion(log.attitude)[:, 2]
+    for name, axis, part in (("u", 0, np.cos(bow)), ("v", 1, np.sin(bow))):
+        expected = -log.command("wind_speed") * part - log.velocity[:, axis]
+        np.testing.assert_allclose(log.command(f"wind_{name}"), expected, atol=1e-3)
 
 
 @pytest.mark.slow
@@ -107,9 +112,8 @@ def test_the_690_becomes_one_log_of_many_topics(measured_logs):
     assert log.duration == pytest.approx(4434.6, abs=0.5)
     derived = np.genfromtxt(folder / "derived_10hz.csv", delimiter=",", names=True)
     inside = (log.time > derived["time_s"][0]) & (log.time < derived["time_s"][-1])
-    columns = {"u": log.velocity[:, 0], "v": log.velocity[:, 1], "w": log.velocity[:, 2]}
-    columns |= {"rudder_rad": log.command("rudder"), "elevator_rad": log.command("elevator")}
-    columns |= {"depth_m": log.position[:, 2]}
+    columns = dict(zip("uvw", log.velocity.T[:3], strict=True)) | {"depth_m": log.position[:, 2]}
+    columns |= {f"{name}_rad": log.command(name) for name in ("rudder", "elevator")}
     for name, column in columns.items():
         reference = np.interp(log.time, derived["time_s"], derived[name])
         assert np.corrcoef(reference[inside], column[inside])[0, 1] > 0.97, name

@@ -29,10 +29,8 @@ def test_names_units_and_signs_are_turned(read_table):
     log = read_table(
         "t_ms,spd,yawrate,fin,ignored\n0,1,90,5,abc\n500,2,180,,def\n1000,2,0,7,\n",
         time={"column": "t_ms", "unit": "ms"},
-        velocity={
-            "u": {"column": "spd", "unit": "knots"},
-            "r": {"column": "yawrate", "unit": "deg/s", "sign": -1},
-        },
+        velocity={"u": {"column": "spd", "unit": "knots"}}
+        | {"r": {"column": "yawrate", "unit": "deg/s", "sign": -1}},
         commands={"rudder": {"column": "fin", "unit": "deg", "hold": True}},
         source="a test",
         note=None,
@@ -44,10 +42,23 @@ def test_names_units_and_signs_are_turned(read_table):
     assert log.velocity_names == ("u", "r")
 
 
+@rows("header, direction, is_told")
+def test_a_direction_gives_components(read_table, header, direction, is_told, refused):
+    """From ahead it blows aft, from starboard to port; 359 deg and 1 deg are neighbours."""
+    source = {"column": "w", "direction": direction, "sign": -1}
+    wind = {f"wind_{axis}": source | {"along": axis} for axis in "xy"}
+    text, groups = f"{header}\n0,1,2,0\n1,1,2,90\n2,1,2,359\n3,1,2,1\n", {"commands": wind}
+    if is_told:
+        refused(LogError, read_table, text, velocity={"u": "u"}, **groups)
+    else:
+        x, y = 2 * np.cos(np.radians(1)), 2 * np.sin(np.radians(1))
+        found = read_table(text, velocity={"u": "u"}, **groups).commands
+        np.testing.assert_allclose(found, [[-2, 0], [0, -2], [-x, y], [-x, -y]], atol=1e-12)
+
+
 def test_a_stamp_that_nobody_filled_gives_way_to_the_next(read_table):
-    log = read_table(
-        "stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n", time=["stamp", "t"], velocity={"u": "u"}
-    )
+    text = "stamp,t,u\nnan,0,1\nnan,1,1\nnan,2,1\n"
+    log = read_table(text, time=["stamp", "t"], velocity={"u": "u"})
     assert log.time.tolist() == [0, 1, 2]
 
 
@@ -85,9 +96,8 @@ def test_a_mapping_must_be_a_table(content, refused):
 
 @rows("text")
 def test_columns_the_log_lacks_are_named_with_the_nearest(csv_file, text, refused):
-    mapping = LogMapping.from_dict(
-        {"time": "time_s", "velocity": {"u": "surge"}, "segment": "run"}, "map.yaml"
-    )
+    content = {"time": "time_s", "velocity": {"u": "surge"}, "segment": "run"}
+    mapping = LogMapping.from_dict(content, "map.yaml")
     refused(LogError, lambda: read_log(csv_file(text), mapping))
 
 

@@ -90,6 +90,22 @@ _FIELD_VALUES = table_from_name(
 )
 
 
+class Direction(Strict):
+    """Column of an angle from the bow, clockwise."""
+
+    column: StrictStr
+    unit: str | None = None
+
+    @model_validator(mode="after")
+    def _check_unit(self) -> Self:
+        if self.unit is not None:
+            unit_factor(self.unit, "angle")
+        return self
+
+
+_DIRECTION_BY_NAME = table_from_name(lambda name: {"column": name}, "name a column", Direction)
+
+
 class Source(Strict):
     """A column of a log and the conversion of its numbers; or a constant value."""
 
@@ -101,6 +117,8 @@ class Source(Strict):
     scale: FiniteFloat = 1.0
     offset: FiniteFloat = 0.0
     plus: dict[str, FiniteFloat] = Field({})
+    direction: Annotated[Direction, _DIRECTION_BY_NAME] | None = None
+    along: Literal["x", "y"] | None = None
     hold: StrictBool | None = None
     delay: FiniteFloat = 0.0
     where: Annotated[dict[str, FiniteFloat | None], _FIELD_VALUES] = Field({})
@@ -114,7 +132,15 @@ class Source(Strict):
             raise ValueError("allows no other key with `rate`")
         if self.value is not None and not self.model_fields_set <= {"value", "unit", "sign"}:
             raise ValueError("allows only `unit` and `sign` with `value`")
+        if (self.direction is None) != (self.along is None):
+            raise ValueError("needs both `direction` and `along`, or neither")
         return self
+
+    @property
+    def further_columns(self) -> tuple[str, ...]:
+        """The columns of the same topic that it needs besides its own."""
+        angle = () if self.direction is None else (self.direction.column,)
+        return (*self.where, *self.plus, *angle)
 
 
 def _as_choices(given: object) -> object:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hydrodamp.arrays import BoolArray, FloatArray
 from hydrodamp.data.channels import UNITS, parse_unit, unit_factor
+from hydrodamp.data.plausibility import FULL_TURN
 from hydrodamp.data.recording import Recording, Topic
 from hydrodamp.errors import LogError, did_you_mean, first_few
 from hydrodamp.ingest.clock import COARSE_SHARE
@@ -24,6 +26,7 @@ ned enu nwu map odom sensor dvl imu ins ahrs ekf raw filtered filt est measured 
 NON_UNIT_WORDS = frozenset(("", *_NON_UNIT_TEXT.split()))
 
 _MAX_LISTED = 12
+_MAX_RADIANS = 1.1 * FULL_TURN  # rounded angles exceed a full turn
 
 #: Alternative topics of each topic name in a mapping.
 TopicNames = Mapping[str, Sequence[str]]
@@ -56,7 +59,17 @@ class FoundColumn:
         if unit == "ddmm":
             values = unfold_minutes(values)
         scale = source.sign * self.entry.sign * (unit_factor(unit) if unit else 1.0)
+        if (direction := self._direction()) is not None:
+            values = values * (np.cos if source.along == "x" else np.sin)(direction.values())
         return values if scale == 1.0 else values * scale
+
+    def _direction(self) -> FoundColumn | None:
+        """Return the column of the angle between the bow and the quantity; None without one."""
+        if self.topic is None or self.source.direction is None:
+            return None
+        source = Source(**self.source.direction.model_dump())
+        field = find_numeric_field(self.topic, source.column) or source.column
+        return FoundColumn(Entry("", "direction", (source,), "angle"), source, self.topic, field)
 
     def stated_unit(self) -> str:
         """Return the unit that the file states; empty if the mapping sets one."""
@@ -89,6 +102,14 @@ class FoundColumn:
                 f"column `{column}` is in {unit} by its file, and the mapping scales it or adds to"
                 " it. Set the `unit` of the result"
             )
+        if (direction := self._direction()) is not None:
+            yield from direction.faults()
+            is_stated = direction.source.unit or direction.stated_unit()
+            if not is_stated and (np.abs(topic.fields[direction.field]) > _MAX_RADIANS).any():
+                yield (
+                    f"`direction` must be in rad; the values of column `{direction.source.column}`"
+                    " look like degrees. Set its `unit: deg`"
+                )
 
 
 def find_columns(
@@ -125,10 +146,13 @@ def rename_topic(column: str, names: Mapping[str, str]) -> str:
 
 
 def _rename_source(source: Source, names: Mapping[str, str]) -> Source:
-    renamed_keys = {
+    renamed_keys: dict[str, Any] = {
         key: {rename_topic(name, names): value for name, value in getattr(source, key).items()}
         for key in ("where", "plus")
     }
+    if (angle := source.direction) is not None:
+        column = rename_topic(angle.column, names)
+        renamed_keys["direction"] = angle.model_copy(update={"column": column})
     return source.model_copy(update={"column": rename_topic(source.column, names), **renamed_keys})
 
 
@@ -138,7 +162,7 @@ def _find_first_choice(entry: Entry, recording: Recording) -> FoundColumn | None
         if source.value is not None:
             return FoundColumn(entry, source, None)
         if (location := locate_column(source.column, recording)) is not None:
-            needed = (*source.where, *source.plus)
+            needed = source.further_columns
             if all(find_numeric_field(location[0], name) is not None for name in needed):
                 return FoundColumn(entry, source, *location)
     return None
@@ -205,7 +229,7 @@ def _describe_missing(
 def _describe_missing_field(entry: Entry, topic: Topic, purpose: str) -> str:
     field = entry.column.removeprefix(f"{topic.name}.")
     if field in topic.fields:
-        needed = [name for source in entry.choices for name in (*source.where, *source.plus)]
+        needed = [name for source in entry.choices for name in source.further_columns]
         return f"{describe_topic(topic)} lacks one of `{' '.join(needed)}` for `{field}`, {purpose}"
     suggestion = did_you_mean(field, (*topic.fields, *topic.texts))
     kind = "field" if topic.name else "column"
