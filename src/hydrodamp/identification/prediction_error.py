@@ -259,9 +259,11 @@ def estimate_noise(objective: ShootingObjective, coefficients: FloatArray, noise
         innovations, log_std, slopes = filter_windows(windows, coefficients, at(z))
         return project_states(windows, innovations, slopes)[0].ravel(), log_std.ravel()
 
+    def misfit(values: tuple[FloatArray, FloatArray]) -> float:
+        return 0.5 * float(values[0] @ values[0]) + float(values[1].sum())
+
     def cost(z: FloatArray, values: tuple[FloatArray, FloatArray]) -> float:
-        total = 0.5 * float(values[0] @ values[0]) + float(values[1].sum())
-        return total + NOISE_WEIGHT * float(z @ z)
+        return misfit(values) + NOISE_WEIGHT * float(z @ z)
 
     z, damping = np.zeros(3 * f + 1), 1e-2
     values = terms(z)
@@ -285,6 +287,12 @@ def estimate_noise(objective: ShootingObjective, coefficients: FloatArray, noise
         z, values, damping = trial, trial_values, damping / 10.0
         if before - cost(z, values) < SCORING_TOLERANCE:
             break
+    for axis in range(f):  # the slope on the logarithm vanishes with the push
+        trial = z.copy()
+        trial[axis] = -np.inf
+        trial_values = terms(trial)
+        if misfit(trial_values) <= misfit(values):
+            z, values = trial, trial_values
     return at(z)
 
 
