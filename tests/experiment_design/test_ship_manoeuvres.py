@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 import hydrodamp as hd
 from hydrodamp.errors import HydrodampError
 from hydrodamp.experiment_design import ship_manoeuvres
-from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, hull_length, imo_limits
+from hydrodamp.experiment_design.ship_manoeuvres import evaluate_ship, imo_limits
 from hydrodamp.report.manoeuvre_report import describe_conditions, describe_verdict
+from hydrodamp.simulation.checks import estimate_length
 from hydrodamp.simulation.problem import vehicle_stamp
 from hydrodamp.vehicle.file import parse_vehicle
 from hydrodamp.vehicle.template import vehicle_template
@@ -170,7 +171,7 @@ def test_a_draw_that_turns_to_the_other_side_has_no_overshoot(monkeypatch):
 def test_the_length_is_that_of_a_hull_without_its_added_mass(length):
     sizes = {"length": length, "beam": length / 6.0, "draft": length / 15.0}
     text = vehicle_template("tanker", None, "ship", block_coefficient=0.8, **sizes)
-    assert hull_length(parse_vehicle(text)) == pytest.approx(length, rel=0.01)
+    assert estimate_length(parse_vehicle(text)) == pytest.approx(length, rel=0.01)
 
 
 def test_limits_are_those_of_the_resolution():

@@ -22,7 +22,6 @@ from hydrodamp.progress import progress
 from hydrodamp.results import check_new_file
 
 if TYPE_CHECKING:
-    from hydrodamp.ingest.inspection.quality_report import Requirements
     from hydrodamp.report.table import Table
 
 
@@ -67,14 +66,13 @@ def probe(
     json: bool = False,
 ) -> None:
     """Inspect a log: columns, units, frames, data quality, and fitness for identification."""
+    from hydrodamp.identification.log_requirements import find_requirements
     from hydrodamp.ingest.inspection.draft_files import add_steps
     from hydrodamp.ingest.inspection.probe import describe_join, inspect
     from hydrodamp.ingest.read import read_recordings
     from hydrodamp.report.probe_tables import probe_document, probe_tables
 
-    requirements = (
-        None if vehicle is None else partial(_find_requirements, hd.find_vehicle(vehicle))
-    )
+    requirements = None if vehicle is None else partial(find_requirements, hd.find_vehicle(vehicle))
     if draft is not None:
         check_new_file(draft, force)
     recordings = read_recordings(dict.fromkeys(logs), mapping)
@@ -95,13 +93,6 @@ def probe(
     print_output(json, probe_document(result, judged), *tables)
     if not json and judged.report is not None and judged.report.is_poorly_excited:
         note("`hydrodamp plan` designs a dive with sufficient excitation.")
-
-
-def _find_requirements(vehicle: hd.Vehicle, log: hd.Log) -> Requirements:
-    """Return the requirements of a vehicle on a log, with the commands that its actuators take."""
-    from hydrodamp.identification.log_requirements import find_requirements
-
-    return replace(find_requirements(vehicle, log), commands=vehicle.commands)
 
 
 def _sensor_tables(vehicle: str | None, model: str | None, log: hd.Log | None) -> Iterator[Table]:

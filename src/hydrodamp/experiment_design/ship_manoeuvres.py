@@ -155,7 +155,7 @@ def evaluate_ship(
             "`--speed`, in Python by `speed`."
         )
     speed = float(np.mean(ranges["u"])) if speed is None else speed
-    length = hull_length(vehicle) if length is None else length
+    length = (estimate_length(vehicle) or 0.0) if length is None else length
     draws = draw_ensemble(vehicle, damping, N_DRAWS).dampings
     demand(0.0 < speed < np.inf, "speed", "positive, in m/s", speed)
     demand(0.0 < length < np.inf, "length", "positive, in m", length)
@@ -186,13 +186,6 @@ def evaluate_ship(
     extrapolation = {key: _exceedances(ship, run, fit) for key, run in runs.items()}
     drawn = {key: _drawn_exceedances(run, fit) for key, run in runs.items()}
     return replace(result, extrapolation=extrapolation, drawn_extrapolation=drawn)
-
-
-def hull_length(vehicle: Vehicle) -> float:
-    """Return four radii of gyration [m], without added mass where it is known; zero if none."""
-    if vehicle.added_mass is not None:
-        vehicle = replace(vehicle, mass_matrix=vehicle.mass_matrix - vehicle.added_mass)
-    return estimate_length(vehicle) or 0.0
 
 
 def _at_crossing(quantity: FloatArray, level: float, values: FloatArray) -> FloatArray:

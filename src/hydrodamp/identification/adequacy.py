@@ -208,7 +208,8 @@ class Adequacy:
             return (str(self),)
         use = "Use the coefficients as a set, for motions like those of the log"
         if self.form is Form.INADEQUATE:
-            use = f"Do not use it for {' '.join(VELOCITY_OF[axis] for axis in self.axes)}"
+            names = " ".join(VELOCITY_OF[axis] for axis in self.axes)
+            use = f"Pieces of the training data that are held out do not confirm it for {names}"
         elif self.missing and not self.is_clearly_missing:
             use = f"The missing part is small compared to noise and pushes. {use}"
         missing = {

@@ -42,6 +42,7 @@ def find_requirements(
         ),
         length=estimate_length(vehicle),
         signs=thruster_signs(vehicle),
+        commands=vehicle.commands,
     )
     if requirements.missing or no_actuation:
         return requirements

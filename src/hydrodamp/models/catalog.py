@@ -79,13 +79,15 @@ def find_model(key: str) -> DampingModel:
     Raises
     ------
     ModelError
-        If there is no such model, with the nearest key.
+        If there is no such model, with the nearest key; `read_models` reads a file of models.
 
     Examples
     --------
     >>> find_model("gertler-hagen").n_coefficients
     88
     """
+    if Path(key).suffix in (".yaml", ".yml"):
+        raise UnknownModelError(f"'{key}' is no key of a model; `read_models` reads such a file.")
     return catalog[key]
 
 

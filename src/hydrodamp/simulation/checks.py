@@ -152,8 +152,9 @@ def unused_commands(vehicle: Vehicle, log: Log, models: Iterable[DampingModel]) 
 
 
 def estimate_length(vehicle: Vehicle) -> float | None:
-    """Estimate the length of a vehicle [m]: four radii of gyration in yaw or pitch."""
-    inertia = vehicle.mass_matrix.diagonal()
+    """Estimate the length [m]: four radii of gyration, without added mass where it is known."""
+    added = 0.0 if vehicle.added_mass is None else vehicle.added_mass
+    inertia = (vehicle.mass_matrix - added).diagonal()
     for rotation, translation in (("N", "Y"), ("M", "Z")):
         if {rotation, translation} <= set(vehicle.axes):
             moment, mass = inertia[AXES.index(rotation)], inertia[AXES.index(translation)]

@@ -15,7 +15,7 @@ from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF, Term
 from hydrodamp.conditioning.sensor_log import SensorLog, rebuild_velocities
 from hydrodamp.data.log import Log
-from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning
+from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning, demand
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -406,6 +406,8 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
     ------
     ProblemError
         If the log lacks data that the vehicle or a term requires; all are named.
+    MethodError
+        If `log` is not a log.
 
     Warns
     -----
@@ -414,6 +416,7 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
         vehicle, "unknown" to MAVLink or a DVL, or a few that no motion explains. A channel that is
         mostly beyond the range is kept and named.
     """
+    demand(isinstance(log, Log), "log", "one log; `concatenate` joins several", type(log).__name__)
     requested = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)

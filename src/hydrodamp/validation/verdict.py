@@ -199,7 +199,7 @@ def judge_selection(
     selection: Selection[Candidate],
     rate_unit: RateUnit,
     remarks: Iterable[str] = (),
-    doubts: Mapping[str, str] | None = None,
+    doubts: dict[str, str] | None = None,
     untested: Mapping[str, str] | None = None,
     overlap: str = "",
 ) -> Verdict:
@@ -214,8 +214,10 @@ def judge_selection(
         untested = dict.fromkeys(errors.names, "training data")
 
     def judge_row(each: Ranked) -> tuple[AxisVerdict, ...]:
-        blocks = errors if each.blocks is None else each.blocks
-        return tuple(judge_axes(blocks, each.grades, doubts or {}, untested or {}))
+        blocks, form = errors if each.blocks is None else each.blocks, each.adequacy
+        poor = form.axes if form is not None and form.form is Form.INADEQUATE else ()
+        of_form = {VELOCITY_OF[axis]: "its form is inadequate" for axis in poor}
+        return tuple(judge_axes(blocks, each.grades, of_form | (doubts or {}), untested or {}))
 
     axes = judge_row(row)
     is_usable = not {axis.light for axis in axes} <= {Light.RED, Light.GREY}
