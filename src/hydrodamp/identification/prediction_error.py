@@ -12,7 +12,8 @@ An autopilot answers a push with commands, which are then correlated with it; an
 independent of all that went before, so the estimate is consistent in closed loop (U. Forssell and
 L. Ljung, "Closed-loop identification revisited" (1999), doi:10.1016/S0005-1098(99)00022-9). The
 standard deviations of d and n, τ and the a minimise ``Σ_t |r_t|²/2 + log |C_t|`` of the innovations
-r and their factors C at the coefficients of the previous estimate, by scoring on their logarithms.
+r and their factors C at the coefficients of the previous estimate, by scoring on their logarithms;
+then each push without which the likelihood is no lower is zero.
 """
 
 from __future__ import annotations
