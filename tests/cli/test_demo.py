@@ -31,7 +31,6 @@ def test_our_table_stands_beside_the_papers(folder, call, monkeypatch):
 def test_the_measured_log_of_the_package_is_compared(call, monkeypatch):
     monkeypatch.setattr("hydrodamp.cli.demo.MEASURED_MODELS", "general")
     monkeypatch.setattr("hydrodamp.cli.demo.MEASURED_METHODS", "oe")
-    document = json.loads(call("demo --measured --json").stdout)
-    (row,) = document["rows"]
+    (row,) = json.loads(call("demo --measured --json").stdout)["rows"]
     assert all(row["fit_by_axis"][name] > 70.0 for name in "uvr")
     assert call("demo --measured --seed 3", 2).stdout == ""

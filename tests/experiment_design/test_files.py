@@ -36,7 +36,8 @@ def test_a_plan_states_whether_the_dive_is_worth_it(planned):
     rows = planned.predictions
     grades = {each.label: hd.Grade.NOT_DETERMINED for each in rows}
     better = sum(each.grade is not hd.Grade.NOT_DETERMINED for each in rows)
-    assert str(planned).startswith(f"Worth it: {better} of 5 coefficients get a better grade")
+    today = f"Worth it: {better} of 5 coefficients get a better grade than not determined"
+    assert str(planned).startswith(today)
 
     def worth(share, grades):
         std = [each.combined_std_error / share for each in rows]

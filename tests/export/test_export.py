@@ -279,8 +279,7 @@ def test_a_published_set_goes_onto_its_own_vehicle_alone(name):
     damping = hd.published[name]
     for vehicle in hd.fleet.values():
         stamp = damping.vehicle
-        own = (stamp.weight, stamp.buoyancy) == (vehicle.weight, vehicle.buoyancy)
-        if own:
+        if (stamp.weight, stamp.buoyancy) == (vehicle.weight, vehicle.buoyancy):
             assert stamp.name == vehicle.name
             ExportedPlant.of(vehicle, damping)
         else:

@@ -58,8 +58,7 @@ def test_holoocean_is_asked_in_its_own_world(tmp_path):
     found, step = names["holoocean"](state, given), 1e-6
     # The same by differences: move the vehicle for a moment, and look at it from the world.
     at = np.concatenate([nu, np.zeros(3), quaternion])
-    rate = names["derivative"](at, given)
-    later = at + step * rate
+    later = at + step * names["derivative"](at, given)
     moved = rotation_matrices(later[None, 9:] / np.linalg.norm(later[9:]))[0]
     before, after = turn @ nu.reshape(2, 3).T, moved @ later[:6].reshape(2, 3).T
     wanted = ((after - before).T * turned / step).ravel()

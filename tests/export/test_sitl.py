@@ -123,8 +123,7 @@ def test_frames_repeat_restart_and_are_not_confused_by_garbage(autopilot):
 
 @pytest.mark.slow
 def test_acceleration_is_the_specific_force(tmp_path):
-    neutral = replace(ROV, weight=ROV.buoyancy)
-    module, _ = run_module(SERVOS, neutral, DAMPING, tmp_path)
+    module, _ = run_module(SERVOS, replace(ROV, weight=ROV.buoyancy), DAMPING, tmp_path)
     rest = read(module.Simulation().answer(50, 0, STILL))
     assert rest["imu"]["accel_body"] == pytest.approx([0.0, 0.0, -G], abs=1e-9)
     vehicle, rate = module.Simulation(), 2000

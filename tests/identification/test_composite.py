@@ -29,8 +29,7 @@ def test_the_lyapunov_function_never_grows(seed, block, memory, driven, discrete
     """V does not grow over any step, whatever its length, the truth and the initial estimate."""
     model = hd.catalog["prestero"]
     truth = true_damping(model, seed=seed)
-    log = discrete_log(truth, n=600)
-    problem = hd.prepare(driven, log, model)
+    problem = hd.prepare(driven, discrete_log(truth, n=600), model)
     start = hd.Damping(model, np.random.default_rng(seed).normal(size=model.n_coefficients) * 30.0)
     method = hd.CompositeIdentifier(memory=memory, start=start, block=block)
     law = method.bind(problem, model).settings

@@ -123,3 +123,4 @@ def test_abkowitz_spans_the_series_of_mariner():
 def test_find_model_names_the_nearest(refused):
     assert find_model("linear") is catalog["linear"]
     refused(ModelError, find_model, "liner")
+    refused(ModelError, find_model, "mine.yaml")

@@ -40,8 +40,7 @@ def test_what_is_written_is_read_back(key, tmp_path):
 
 
 def test_every_fault_of_a_file_comes_at_once_with_its_place(file, refused):
-    path = file((HERE / "faults.yaml").read_text("utf-8"))
-    refused(ModelError, hd.read_models, path)
+    refused(ModelError, hd.read_models, file((HERE / "faults.yaml").read_text("utf-8")))
 
 
 @rows("text")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrodamp as hd
-from hydrodamp.errors import ProblemError, PropulsionWarning
+from hydrodamp.errors import MethodError, ProblemError, PropulsionWarning
 
 LINEAR = hd.catalog["linear"]
 VEHICLE = hd.fleet["vt690"]
@@ -101,3 +101,4 @@ def test_a_wrench_needs_no_actuators_and_no_commands():
 def test_all_lacks_are_named_at_once(refused):
     log = hd.Log.from_arrays([0.0, 0.1], {"u": [1, 1]}, commands={"rpm": [1, 1]})
     refused(ProblemError, hd.prepare, VEHICLE, log, LINEAR)
+    refused(MethodError, hd.prepare, VEHICLE, [log], LINEAR)

@@ -165,8 +165,7 @@ def test_the_headline_names_what_is_usable_for_each_velocity_in_all_rows(table, 
 def test_lights_from_training_data_are_grey(table, campaign):
     fits = [row.fit for row in table.rows]
     assert not table.overlap
-    seen = hd.compare(fits, campaign.vehicle, campaign.train)
-    verdict = seen.verdict()
+    verdict = hd.compare(fits, campaign.vehicle, campaign.train).verdict()
     assert {axis.light for axis in verdict.axes} == {Light.GREY}
     assert not verdict.recommended
     assert verdict.headline.startswith("Not tested: ")
@@ -238,7 +237,13 @@ def test_the_verdict_states_form_and_missions_once(table):
     assert lines[start + 2] == "Depth is safe. Heading is not."
     assert "Most coefficients are not determined singly: use them together." not in lines
     assert len(set(lines)) == len(lines)
-    assert not any(line.startswith("Form") for line in table.verdict().lines)
+    usual = table.verdict()
+    assert not any(line.startswith("Form") for line in usual.lines)
+    poor = Adequacy.judge({"X": ScoreTest(310.0, 10, 2000, ("X_u",))}, {}, {"X": 0.1})
+    rows = tuple(replace(row, fit=replace(row.fit, adequacy=poor)) for row in table.rows)
+    lights = {axis.velocity: axis for axis in replace(table, rows=rows).verdict().axes}
+    assert lights["u"].reason == "its form is inadequate"
+    assert lights["u"].light is not Light.GREEN
 
 
 def test_a_cross_validation_states_the_worst_form_of_the_folds_that_count(table):

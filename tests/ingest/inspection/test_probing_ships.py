@@ -174,8 +174,7 @@ def test_a_small_course_has_the_unit_that_fits_the_motion(unit, reference):
     is_known = reference not in ("sparse", None)
     columns = {"sog_mps": 2.0 + 0.0 * TIME, **references.get(reference, {})}
     columns["cog"] = np.degrees(course) if unit == "deg" else course
-    roles = probe(record(columns)).roles
-    guess = roles.best("velocity.course")
+    guess = probe(record(columns)).roles.best("velocity.course")
     assert guess.unit == (unit if is_known else "deg")
     assert (guess.confidence >= MIN_DRAFT_CONFIDENCE) == is_known
 

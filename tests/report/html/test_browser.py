@@ -195,15 +195,13 @@ def test_tables_and_results_are_downloaded_and_copied(report):
     with page.expect_download() as event:
         page.get_by_role("button", name="Download JSON: comparison.json").click()
     assert json.loads(event.value.path().read_text("utf-8"))["format"] == "hydrodamp-comparison"
-    button = page.get_by_role("button", name="Copy CSV: scores.csv")
-    button.click()
+    page.get_by_role("button", name="Copy CSV: scores.csv").click()
     page.wait_for_function("document.body.innerText.match(/Copied|Clipboard refused: downloaded/)")
 
 
 def test_the_wheel_zooms_after_a_click(report):
     page, view = report.page, report.page.locator("#view")
-    over = page.locator("#plots .u-over").first
-    over.click()
+    page.locator("#plots .u-over").first.click()
     whole = view.inner_text()
     page.mouse.wheel(0, -100)
     page.wait_for_function(
