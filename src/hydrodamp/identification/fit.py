@@ -46,7 +46,8 @@ class Uncertainty:
     method : str
         Name of the covariance estimator, as read in messages.
     noise : ndarray, shape (n, n), or None
-        The covariance from noise alone; None where the method does not separate it.
+        The covariance from noise alone, with the allowance for bias; None where the method does not
+        separate it.
     block : float or None
         Length of the blocks [s]; None where there are none.
     n_blocks : int

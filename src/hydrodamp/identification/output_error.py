@@ -217,8 +217,9 @@ class Recommended(OutputError):  # noqa: N818 (output error is a method, not an 
     From the estimate of :class:`OutputError`, the likelihood of the innovations of an extended
     Kalman filter is maximised, with pushes on the vehicle and coloured errors of the velocities,
     whose strengths are estimated too. It is efficient where the model holds the truth, also where
-    an autopilot answers the pushes, and is the result where score tests find no term missing.
-    Where terms are missing, the estimate of :class:`OutputError` is: it predicts motions best.
+    an autopilot answers the pushes, and is the result where score tests find no term missing and
+    the innovations are white. Else the estimate of :class:`OutputError` is: it predicts motions
+    best.
 
     Parameters
     ----------
