@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from hydrodamp.kernels.core import AdaptationRun, Estimate
 from hydrodamp.kernels.plant import FIXED_ATOMS, Inputs
@@ -101,15 +102,14 @@ class Motion:
     plant: object
     matrix: np.ndarray
     inputs: Inputs
+    down: object  # a function of time
 
     def driven(self, k, fraction, state):
         """Velocity, down, wrench, channels, u_c between sample k and the next."""
         inputs = self.inputs
-        wrench, down = (
-            array[k] + fraction * (array[k + 1] - array[k])
-            for array in (inputs.wrench, inputs.down)
-        )
-        down = down_of(state[6:]) if len(state) == 10 else down
+        wrench = inputs.wrench[k] + fraction * (inputs.wrench[k + 1] - inputs.wrench[k])
+        time = inputs.time[k] + fraction * (inputs.time[k + 1] - inputs.time[k])
+        down = down_of(state[6:]) if len(state) == 10 else self.down(time)
         return state[:6], down, wrench, inputs.channels[k], inputs.propulsion[k, 0]
 
     def rate(self, k, fraction, state):
@@ -132,10 +132,12 @@ class Motion:
 
 def replay(plant, matrix, inputs, segments, attitude=None, max_step=0.05, limit=50.0):
     """Velocity, and where each segment diverged."""
-    motion = Motion(plant, matrix, inputs)
     velocity = np.full((inputs.n, 6), np.nan)
     diverged_at = np.full(len(segments), -1)
     for s, (start, stop) in enumerate(np.asarray(segments).tolist()):
+        time, down = inputs.time[start:stop], inputs.down[start:stop]
+        slope = np.gradient(down, time, axis=0, edge_order=2)
+        motion = Motion(plant, matrix, inputs, CubicHermiteSpline(time, down, slope))
         state = np.where(plant.free, inputs.velocity[start], 0.0)
         if attitude is not None:
             state = np.r_[state, attitude[start] / np.linalg.norm(attitude[start])]

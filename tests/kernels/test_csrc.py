@@ -29,8 +29,8 @@ def compiler():
 
 
 SAME_BITS = {
-    "-DNDEBUG": "dd1e504ce74897928f48ba6d2b6e5463",
-    "-DHD_FLOAT": "2db232e11558f2e12c806530573680ae",
+    "-DNDEBUG": "3f461478b93b2e8a308ea9b5ba086d96",
+    "-DHD_FLOAT": "623a8cec0e179b7658718c0ad24241b1",
 }
 
 

@@ -51,7 +51,7 @@ def compare(
     verbose: bool = False,
     json: bool = False,
 ) -> None:
-    """Identify models on training data, replay them on test data and rank them by relative error."""
+    """Identify models on training data, replay them on test data and rank them by their errors."""
     logs, train, test = logs or [], train or [], test or []
     check_division(train, test, folds, resume)
     files = (*logs, *train, *test, *inputs.model_files(models), vehicle, mapping)

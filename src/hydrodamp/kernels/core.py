@@ -79,13 +79,13 @@ def replay(
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """Integrate eq. 1 open loop by RK4 from the first sample of every segment, and differentiate.
 
-    Wrench and recorded down vector are interpolated linearly, channels and u_c held; with
-    quaternions (n, 4) in ``attitude`` the attitude is integrated too. No sub-step is longer than
-    ``max_step`` [s]. Velocity (n, 6) is NaN outside the segments and from where one passed
-    ``limit``; that sample, or -1, is the second result. The third are slopes on coefficients at
-    p ``entries`` (rows, columns) of ``matrix``, on the parameters of ``slopes``, which count in p
-    too, and on the initial velocity: a row (6, p + 6) a block of samples, segment by segment, their
-    sum over the root of their number.
+    The wrench is interpolated linearly, the recorded down vector by a cubic through the samples of
+    a segment; channels and u_c are held. With quaternions (n, 4) in ``attitude`` the attitude is
+    integrated too. No sub-step is longer than ``max_step`` [s]. Velocity (n, 6) is NaN outside the
+    segments and from where one passed ``limit``; that sample, or -1, is the second result. The
+    third are slopes on coefficients at p ``entries`` (rows, columns) of ``matrix``, on the
+    parameters of ``slopes``, which count in p too, and on the initial velocity: a row (6, p + 6) a
+    block of samples, segment by segment, their sum over the root of their number.
     """
     rows, n, system = segment_rows(segments, inputs.n), inputs.n, plant_of(plant)
     table = _floats(matrix, (plant.n_terms, 6), "matrix")

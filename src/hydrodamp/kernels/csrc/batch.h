@@ -103,8 +103,9 @@ typedef struct {
     const hd_real *channels; /* n x samples x n_channels */
 } hd_plant_slopes;
 
-/* The equation of motion and its inputs. Between two samples wrench and down are interpolated
- * linearly; channels and propulsion speed are held. */
+/* The equation of motion and its inputs. Between two samples the wrench is interpolated linearly
+ * and down by a cubic, whose slopes at samples are those of parabolas through three; channels and
+ * propulsion speed are held. */
 typedef struct {
     const hd_plant *plant;
     const hd_real *matrix;
