@@ -136,8 +136,8 @@ def replay(plant, matrix, inputs, segments, attitude=None, max_step=0.05, limit=
     diverged_at = np.full(len(segments), -1)
     for s, (start, stop) in enumerate(np.asarray(segments).tolist()):
         time, down = inputs.time[start:stop], inputs.down[start:stop]
-        slope = np.gradient(down, time, axis=0, edge_order=2)
-        motion = Motion(plant, matrix, inputs, CubicHermiteSpline(time, down, slope))
+        spline = CubicHermiteSpline(time, down, inputs.down_slope[start:stop])
+        motion = Motion(plant, matrix, inputs, spline)
         state = np.where(plant.free, inputs.velocity[start], 0.0)
         if attitude is not None:
             state = np.r_[state, attitude[start] / np.linalg.norm(attitude[start])]

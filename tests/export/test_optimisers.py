@@ -63,6 +63,7 @@ def core_step(plant, velocity, attitude, inputs, wrench, h):
         np.tile(wrench, (2, 1)),
         channels,
         np.column_stack([speed, speed]),
+        np.zeros((2, 3)),
     )
     entries, poses = (np.array([0]), np.array([0])), np.tile(attitude, (2, 1))
     after, _, slope = replay(

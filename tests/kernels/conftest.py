@@ -33,6 +33,7 @@ def inputs(rng, *, n=40, n_channels=2, step=0.1):
         rng.standard_normal((n, 6)) * [3, 3, 3, 0.1, 1, 1],
         np.repeat(rng.standard_normal((-(-n // 3), n_channels)), 3, axis=0)[:n],
         rng.uniform(1, 2, (n, 1)) + np.array([0.0, 0.01]),
+        np.random.default_rng(7).standard_normal((n, 3)),
     )
 
 

@@ -35,7 +35,8 @@ static void report(const char *what, const hd_real *values, size_t count)
 
 static int32_t factors[TERMS * 4], parameters[2 * P], starts[7], rows[TERMS];
 static hd_real time[N], velocity[6 * N], down[3 * N], wrench[6 * N], channels[CHANNELS * N];
-static hd_real propulsion[2 * N], attitude[4 * N], mass[36], gamma[6 * TERMS], known[6 * TERMS];
+static hd_real slope[3 * N], propulsion[2 * N];
+static hd_real attitude[4 * N], mass[36], gamma[6 * TERMS], known[6 * TERMS];
 static hd_real matrix[6 * TERMS], moved[6 * N], jacobian[6 * N * (P + 6)], work[200000];
 static hd_real coefficients[TERMS], information[6 * TERMS * TERMS], noise[6], count[6];
 static hd_real iv[9 * TERMS * TERMS];
@@ -65,8 +66,10 @@ static void make(void)
             velocity[6 * k + i] = (i ? 0 : 1) + any((hd_real)0.5);
             wrench[6 * k + i] = any((hd_real)0.5);
         }
-        for (size_t i = 0; i < 3; ++i)
+        for (size_t i = 0; i < 3; ++i) {
             down[3 * k + i] = (i == 2) + any((hd_real)0.1);
+            slope[3 * k + i] = any(1);
+        }
         for (size_t i = 0; i < CHANNELS; ++i)
             channels[CHANNELS * k + i] = k % 3 ? channels[CHANNELS * (k - 1) + i] : any(1);
         propulsion[2 * k] = propulsion[2 * k + 1] = 1 + any((hd_real)0.2);
@@ -98,8 +101,8 @@ int main(void)
     make();
     const hd_plant plant = {TERMS, CHANNELS, factors, mass, free_axes};
     const hd_record record = {N, CHANNELS, time, velocity, down, wrench, channels, propulsion};
-    const hd_motion measured = {&plant, matrix, &record, NULL, (hd_real)0.05, 50, NULL};
-    const hd_motion simulated = {&plant, matrix, &record, attitude, (hd_real)0.05, 50, NULL};
+    const hd_motion measured = {&plant, matrix, &record, slope, NULL, (hd_real)0.05, 50, NULL};
+    const hd_motion simulated = {&plant, matrix, &record, slope, attitude, (hd_real)0.05, 50, NULL};
     const hd_history none = {0, NULL, NULL, NULL};
     const hd_entries entries = {starts, rows, known};
     const hd_estimate estimate = {unit,        (hd_real)0.02, coefficients,

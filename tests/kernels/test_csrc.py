@@ -29,8 +29,8 @@ def compiler():
 
 
 SAME_BITS = {
-    "-DNDEBUG": "3f461478b93b2e8a308ea9b5ba086d96",
-    "-DHD_FLOAT": "623a8cec0e179b7658718c0ad24241b1",
+    "-DNDEBUG": "e37dfedf9bdfe2889e3a44ab3e023de8",
+    "-DHD_FLOAT": "c3d80ed581fcc5855b586354bf770c43",
 }
 
 

@@ -26,8 +26,6 @@ def case(request, make):
     rng = np.random.default_rng(5)
     plant, matrix = make.linear_plant(rng, request.param)
     inputs = make.inputs(rng, n=25)
-    straight = np.outer(inputs.time, [0.02, 0.03, -0.01]) + [0.0, 0.0, 1.0]
-    inputs = replace(inputs, down=straight)  # known from two samples
     measured = inputs.velocity + 0.05 * rng.standard_normal((25, 6))
     return plant, matrix, inputs, measured, make_noise(request.param)
 

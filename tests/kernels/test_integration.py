@@ -11,7 +11,7 @@ WHOLE = np.array([[0, 2]])
 
 
 def constant_inputs(time, velocity):
-    rest = [np.zeros((len(time), width)) for width in (3, 6, 0, 2)]
+    rest = [np.zeros((len(time), width)) for width in (3, 6, 0, 2, 3)]
     return Inputs(time, np.tile(velocity, (len(time), 1)), *rest)
 
 

@@ -41,7 +41,14 @@ def test_a_sample_alone_is_level_and_unforced():
 
 @pytest.mark.parametrize("name", ["velocity", "down", "wrench", "channels", "propulsion"])
 def test_every_array_must_have_a_row_a_sample(name):
-    widths = {"velocity": 6, "down": 3, "wrench": 6, "channels": 1, "propulsion": 2}
+    widths = {
+        "velocity": 6,
+        "down": 3,
+        "wrench": 6,
+        "channels": 1,
+        "propulsion": 2,
+        "down_slope": 3,
+    }
     arrays = {key: np.zeros((4 - (key == name), width)) for key, width in widths.items()}
     with pytest.raises(ValueError, match=rf"`{name}` must have shape \(4, .*got \(3, "):
         Inputs(time=np.arange(4), **arrays)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
 import hydrodamp as hd
 import oracle
@@ -29,9 +30,11 @@ def test_against_solve_ivp_with_the_equation_written_out(vehicle):
     damping = hd.Damping(hd.catalog["linear"], -20 * np.eye(6).ravel())
     trajectory = hd.simulate(vehicle, damping, log, max_step=0.005)
 
+    slope = np.gradient(log.down, log.time, axis=0, edge_order=2)
+
     def rate(time, nu):
         coriolis = oracle.frame(vehicle.mass_matrix @ nu, nu)
-        at = [np.interp(time, log.time, column) for column in log.down.T]
+        at = CubicHermiteSpline(log.time, log.down, slope)(time)
         wrench = [np.interp(time, log.time, column) for column in log.wrench.T]
         force = coriolis + vehicle.restoring_wrench(np.array([at]))[0] + wrench - 20 * nu
         return np.linalg.solve(vehicle.mass_matrix, force)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrodamp.arrays import FloatArray
+from hydrodamp.arrays import FloatArray, IntArray
 
 
 def quaternion_from_euler(euler: FloatArray) -> FloatArray:
@@ -82,3 +82,13 @@ def slerp(first: FloatArray, second: FloatArray, share: FloatArray) -> FloatArra
     near = np.where(close, 1 - share, np.sin((1 - share) * angle) / sine)
     far = np.where(close, share, np.sin(share * angle) / sine) * np.where(cosine < 0, -1.0, 1.0)
     return np.asarray(first * near[:, np.newaxis] + second * far[:, np.newaxis])
+
+
+def find_slopes(values: FloatArray, time: FloatArray, bounds: IntArray) -> FloatArray:
+    """Return the slopes of columns by parabolas through three samples of a segment."""
+    slopes = np.zeros_like(values)
+    for start, stop in bounds.tolist():
+        if (length := stop - start) > 1:
+            series = values[start:stop], time[start:stop]
+            slopes[start:stop] = np.gradient(*series, axis=0, edge_order=min(length - 1, 2))
+    return slopes

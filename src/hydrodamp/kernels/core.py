@@ -79,8 +79,8 @@ def replay(
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """Integrate eq. 1 open loop by RK4 from the first sample of every segment, and differentiate.
 
-    The wrench is interpolated linearly, the recorded down vector by a cubic through the samples of
-    a segment; channels and u_c are held. With quaternions (n, 4) in ``attitude`` the attitude is
+    The wrench is interpolated linearly, the recorded down vector by the cubic with its slopes at
+    the samples; channels and u_c are held. With quaternions (n, 4) in ``attitude`` the attitude is
     integrated too. No sub-step is longer than ``max_step`` [s]. Velocity (n, 6) is NaN outside the
     segments and from where one passed ``limit``; that sample, or -1, is the second result. The
     third are slopes on coefficients at p ``entries`` (rows, columns) of ``matrix``, on the
@@ -97,7 +97,7 @@ def replay(
     velocity, diverged_at = np.empty((n, 6)), np.empty(len(rows), dtype=np.int64)
     record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, p))
     settings = max_step, limit, slopes_of(slopes)
-    motion = struct("hd_motion", system, table, record, poses, *settings)
+    motion = struct("hd_motion", system, table, record, inputs.down_slope, poses, *settings)
     to = velocity, None if entries is None else jacobian, diverged_at, work
     call("hd_replay", motion, rows, len(rows), chosen, p, block, None, *to)
     return velocity, diverged_at, jacobian

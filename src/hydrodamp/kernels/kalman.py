@@ -70,7 +70,7 @@ def filter_replay(
     kalman = struct("hd_filter", model, outputs, log_std, p, state)
     record, work = record_of(plant, inputs), np.zeros(C.hd_replay_work(system, p))
     settings = max_step, limit, slopes_of(slopes)
-    motion = struct("hd_motion", system, table, record, None, *settings)
+    motion = struct("hd_motion", system, table, record, inputs.down_slope, None, *settings)
     to = innovations, jacobian, diverged_at, work
     call("hd_replay", motion, rows, len(rows), chosen, p, 1, kalman, *to)
     return innovations, log_std, jacobian

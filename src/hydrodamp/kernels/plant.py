@@ -58,14 +58,14 @@ class Inputs:
     wrench: FloatArray  # (n, 6)
     channels: FloatArray  # (n, m)
     propulsion: FloatArray  # (n, 2)
+    down_slope: FloatArray  # (n, 3) [1/s], of the cubic between samples of ``down``
 
     def __post_init__(self) -> None:
         """Copy, check and freeze the arrays."""
         freeze(self, time=(None,))
         n, m = len(self.time), None
-        freeze(
-            self, velocity=(n, 6), down=(n, 3), wrench=(n, 6), channels=(n, m), propulsion=(n, 2)
-        )
+        freeze(self, velocity=(n, 6), down=(n, 3), down_slope=(n, 3), wrench=(n, 6))
+        freeze(self, channels=(n, m), propulsion=(n, 2))
 
     @property
     def n(self) -> int:
@@ -84,7 +84,8 @@ class Inputs:
 
     def sample(self, k: int) -> Sample:
         """Return sample ``k``, packed for the online step."""
-        return Sample.of(**{each.name: getattr(self, each.name)[k] for each in fields(self)})
+        names = {each.name for each in fields(self)} - {"down_slope"}
+        return Sample.of(**{name: getattr(self, name)[k] for name in names})
 
 
 @dataclass(frozen=True, eq=False)

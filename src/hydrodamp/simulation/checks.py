@@ -16,7 +16,7 @@ from hydrodamp.basis.basis import guarded_speed
 from hydrodamp.basis.term import AXES, RESERVED, VELOCITY_OF
 from hydrodamp.conditioning.derivatives import constant_angles, derivable_rates
 from hydrodamp.data.log import Log
-from hydrodamp.errors import ProblemError, did_you_mean, list_faults
+from hydrodamp.errors import ProblemError, demand, did_you_mean, list_faults
 from hydrodamp.models.model import DampingModel
 from hydrodamp.vehicle.actuators import Thruster
 from hydrodamp.vehicle.vehicle import Vehicle
@@ -125,6 +125,7 @@ _LENGTH_IN_GYRATION_RADII = 4.0  # of a hull
 
 def check_log(vehicle: Vehicle, log: Log, models: Sequence[DampingModel]) -> None:
     """Raise if a log lacks data that the vehicle or a term requires."""
+    demand(isinstance(log, Log), "log", "one log; `concatenate` joins several", type(log).__name__)
     if faults := list(missing_data(vehicle, log, models)):
         raise ProblemError(list_faults(log.source or "log", faults))
 

@@ -14,8 +14,9 @@ from hydrodamp.arrays import FloatArray, IntArray, frozen
 from hydrodamp.basis.basis import Basis
 from hydrodamp.basis.term import FIRST_CHANNEL, VELOCITY_OF, Term
 from hydrodamp.conditioning.sensor_log import SensorLog, rebuild_velocities
+from hydrodamp.data.attitude import find_slopes
 from hydrodamp.data.log import Log
-from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning, demand
+from hydrodamp.errors import HydrodampWarning, ModelError, PropulsionWarning
 from hydrodamp.kernels import core
 from hydrodamp.kernels.plant import Inputs, Plant
 from hydrodamp.models.damping import Damping, VehicleStamp
@@ -416,7 +417,6 @@ def prepare(vehicle: Vehicle, log: Log, models: Iterable[DampingModel] | Damping
         vehicle, "unknown" to MAVLink or a DVL, or a few that no motion explains. A channel that is
         mostly beyond the range is kept and named.
     """
-    demand(isinstance(log, Log), "log", "one log; `concatenate` joins several", type(log).__name__)
     requested = (models,) if isinstance(models, DampingModel) else tuple(models)
     free = tuple(model.restricted_to(vehicle.axes) for model in requested)
     check_log(vehicle, log, free)
@@ -467,4 +467,5 @@ def build_inputs(table: EquationTable, log: Log) -> Inputs:
         wrench=recorded_wrench(vehicle, log),
         channels=held_channels(table, commands, log.n),
         propulsion=held_propulsion(log, velocity, speed),
+        down_slope=find_slopes(log.down, log.time, log.bounds),
     )

@@ -104,12 +104,12 @@ typedef struct {
 } hd_plant_slopes;
 
 /* The equation of motion and its inputs. Between two samples the wrench is interpolated linearly
- * and down by a cubic, whose slopes at samples are those of parabolas through three; channels and
- * propulsion speed are held. */
+ * and down by the cubic with the given slopes at both; channels and propulsion speed are held. */
 typedef struct {
     const hd_plant *plant;
     const hd_real *matrix;
     const hd_record *record;
+    const hd_real *down_slope; /* n x 3, 1/s */
     const hd_real *attitude; /* n x 4, or NULL where the recorded down is to be used */
     hd_real max_step;        /* s; no sub-step is longer */
     hd_real limit;           /* of a velocity component; beyond it a segment has diverged */

@@ -50,23 +50,7 @@ size_t hd_replay_work(const hd_plant *plant, size_t n_parameters)
            + 2 * MAX_STATES * (n_parameters + 6) + 24 * n_parameters;
 }
 
-/* The slope of down at sample k by the parabola through it and its neighbours, times `length`, less
- * `change`, which is that of down over `length`. */
-static void down_slope(const hd_record *record, size_t k, hd_real length, const hd_real change[3],
-                       hd_real slope[3])
-{
-    const hd_real before = record->time[k] - record->time[k - 1];
-    const hd_real after = record->time[k + 1] - record->time[k], ratio = after / before;
-
-    for (size_t i = 0; i < 3; ++i) {
-        const hd_real *down = record->down + 3 * k + i;
-        const hd_real rise = ratio * (down[0] - down[-3]) + (down[3] - down[0]) / ratio;
-        slope[i] = rise / (before + after) * length - change[i];
-    }
-}
-
-/* Between samples k and k + 1 of a segment. */
-static interval interval_after(const hd_motion *motion, size_t start, size_t stop, size_t k)
+static interval interval_after(const hd_motion *motion, size_t k)
 {
     const hd_record *record = motion->record;
     const hd_real length = record->time[k + 1] - record->time[k];
@@ -82,19 +66,10 @@ static interval interval_after(const hd_motion *motion, size_t start, size_t sto
         steps,
         length / (hd_real)steps,
     };
-    hd_real change[3];
 
-    for (size_t i = 0; i < 3; ++i)
-        change[i] = between.down[1][i] - between.down[0][i];
-    if (k > start)
-        down_slope(record, k, length, change, between.slopes[0]);
-    if (k + 2 < stop)
-        down_slope(record, k + 1, length, change, between.slopes[1]);
-    for (size_t i = 0; i < 3; ++i) { /* a parabola at the ends of a segment */
-        if (k == start)
-            between.slopes[0][i] = -between.slopes[1][i];
-        if (k + 2 >= stop)
-            between.slopes[1][i] = -between.slopes[0][i];
+    for (size_t i = 0; i < 6; ++i) { /* three of each end */
+        const hd_real change = between.down[1][i % 3] - between.down[0][i % 3];
+        between.slopes[i / 3][i % 3] = motion->down_slope[3 * k + i] * length - change;
     }
     return between;
 }
@@ -385,7 +360,7 @@ static int64_t replay_segment(const integrator *d, size_t start, size_t stop, hd
         hd_filter_start(d->filter);
     for (size_t k = start; k < stop; ++k) {
         if (k > start) {
-            const interval at = interval_after(d->motion, start, stop, k - 1);
+            const interval at = interval_after(d->motion, k - 1);
             for (size_t i = 0; d->filter && i < 36; ++i)
                 d->transition[i] = i % 7 == 0;
             for (size_t i = 0; i < at.steps; ++i)
