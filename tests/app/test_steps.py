@@ -33,8 +33,7 @@ def finish(project):
 @pytest.fixture
 def chosen(server, canonical):
     """A project with all choices."""
-    address = open_log(server, canonical)
-    server.post(f"{address}/split", train="0:100", test="120:220")
+    server.post(f"{open_log(server, canonical)}/split", train="0:100", test="120:220")
     project = find_project(server.root, "dive")
     project.update(project.version, vehicle="vt690")
     return project

@@ -18,8 +18,7 @@ from value_changes import set_values
 
 
 def noisy(n=400, seed=0):
-    rng = np.random.default_rng(seed)
-    return np.sin(np.arange(n) / 15) + 0.02 * rng.normal(size=n)
+    return np.sin(np.arange(n) / 15) + 0.02 * np.random.default_rng(seed).normal(size=n)
 
 
 def found_in(values):
@@ -61,8 +60,7 @@ def test_motion_is_no_spike(kind):
 
 
 def test_a_coarse_sensor_may_flicker():
-    rng = np.random.default_rng(1)
-    values = np.where(rng.random(500) < 0.1, 0.001, 0.0)
+    values = np.where(np.random.default_rng(1).random(500) < 0.1, 0.001, 0.0)
     values[100] = 0.5
     assert np.flatnonzero(found_in(values)).tolist() == [100]
 
@@ -171,8 +169,7 @@ def test_a_pose_that_is_lost_for_some_samples_is_found_whole(length):
 
 
 def test_averaged_wraps_are_found_whatever_the_signs(counts):
-    rng = np.random.default_rng(1)
-    attitude = tumbling() * rng.choice([-1.0, 1.0], size=(200, 1))
+    attitude = tumbling() * np.random.default_rng(1).choice([-1.0, 1.0], size=(200, 1))
     attitude[[50, 120]] = quaternion_from_euler(np.zeros((2, 3)))
     made = remove_attitude_outliers(turning(attitude))
     assert counts(made, "attitude leaps") == {"attitude": 2}

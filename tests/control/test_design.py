@@ -35,8 +35,7 @@ def test_the_trim_balances_drag_and_thrust(speed):
 
 def test_a_heavy_vehicle_pitches_to_hold_its_depth():
     heavy = replace(VEHICLE, weight=VEHICLE.weight + 5.0)
-    stamped = replace(DAMPING, vehicle=None)
-    entry = design_control(heavy, stamped, [1.5]).speeds[0]
+    entry = design_control(heavy, replace(DAMPING, vehicle=None), [1.5]).speeds[0]
     state = np.zeros(10)
     state[0] = 1.5
     assert entry.model.exists[0]
@@ -123,8 +122,7 @@ def test_draws_beyond_the_propeller_are_uncertain():
 
 @pytest.mark.slow
 def test_an_unstable_loop_is_an_outcome():
-    bad = Envelope(autopilot=LoopGains(pitch=(200, 0, 0)))
-    entry = at(2.0, envelope=bad)
+    entry = at(2.0, envelope=Envelope(autopilot=LoopGains(pitch=(200, 0, 0))))
     assert entry.outcome is Outcome.UNSTABLE
     assert entry.margins.modulus[0, 1] == 0.0
 

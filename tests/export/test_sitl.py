@@ -172,8 +172,7 @@ def mix(frame, demands):
     """Return pulse widths of ArduSub for demands by degree of freedom, and its factors."""
     rows = _FRAMES[frame]
     factors = np.array([rows.get(dof, [0.0] * len(rows["yaw"])) for dof in DOFS]).T
-    thrust = factors @ demands
-    return (1500 + 400 * thrust).round().astype(int).tolist(), factors
+    return (1500 + 400 * factors @ demands).round().astype(int).tolist(), factors
 
 
 @pytest.mark.parametrize("frame", _FRAMES)
@@ -200,8 +199,7 @@ def test_channels_of_a_pilot_are_unmixed(frame, tmp_path):
     damping = hd.Damping(model, np.arange(1.0, 1.0 + model.n_coefficients))
     servos = ",".join(f"{dof}:ch_{dof}" for dof in dofs)
     form = SITL(frame=frame, servos=servos, pulse_range="-1:1")
-    bare = replace(ROV, actuators=())
-    module, _ = run_module(form, bare, damping, tmp_path)
+    module, _ = run_module(form, replace(ROV, actuators=()), damping, tmp_path)
     found = dict(zip(module.INPUTS, module.read_inputs(mix(frame, demands)[0]), strict=True))
     for dof, value in zip(DOFS, demands, strict=True):
         assert found.get(f"ch_{dof}", 0.0) == pytest.approx(value, abs=2e-3)

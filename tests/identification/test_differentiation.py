@@ -23,8 +23,7 @@ def problem_of(vehicle, time, velocity, segment=None):
 
 @pytest.fixture
 def irregular():
-    rng = np.random.default_rng(11)
-    return np.cumsum(rng.uniform(0.05, 0.25, 120))
+    return np.cumsum(np.random.default_rng(11).uniform(0.05, 0.25, 120))
 
 
 def cubic(time):

@@ -73,8 +73,7 @@ def test_the_nearest_linear_damping_around_rest_is_highams(true_damping):
 )
 def test_no_velocity_of_the_box_pushes(key, box, true_damping):
     damping = true_damping(hd.catalog[key])
-    found = nearest(damping, box)
-    power = replace(damping, coefficients=found).power(inside(box))
+    power = replace(damping, coefficients=nearest(damping, box)).power(inside(box))
     assert power.max() <= 1e-4 * np.abs(power).max()
 
 

@@ -32,8 +32,7 @@ def test_replicates_are_gauss_newton_steps_without_one_piece(campaign):
     residual_std = iterate.linearisations[0].residual_std
 
     def step(kept):
-        windows = objective.restrict(kept).windows(2.0)
-        normal = windows.linearise(x, residual_std)[0]
+        normal = objective.restrict(kept).windows(2.0).linearise(x, residual_std)[0]
         return np.linalg.solve(normal[:-1, :-1], normal[:-1, -1])
 
     expected = [x + step(np.delete(pieces, b, axis=0)) - step(pieces) for b in range(len(pieces))]
@@ -52,8 +51,7 @@ def test_a_coefficient_without_information_has_the_prior_standard_deviation(camp
     model = hd.catalog["fossen"].with_terms({"N": "u|u|*rudder"})
     moving = np.array([name != "rudder" for name in campaign.train.command_names])
     log = replace(campaign.train, commands=campaign.train.commands * moving)
-    problem = hd.prepare(campaign.vehicle, log, model)
-    objective = make_objective(problem, model)
+    objective = make_objective(hd.prepare(campaign.vehicle, log, model), model)
     iterate = best_initial_iterate(objective, [np.zeros(13)], 4.0)
     iterate = replace(iterate, prior_strength=0.1, prior_variance=4.0)
     replicates = PieceNormals.of(objective, iterate).replicates

@@ -31,6 +31,11 @@ def relative_error(campaign, damping):
     return np.sqrt(np.mean((error / ([0.0133] * 3 + [8.7e-4] * 3)) ** 2))
 
 
+def test_the_truth_replays_its_exact_log(campaign):
+    """To a thousandth of the noise: between samples gravity follows a cubic, not a line."""
+    assert relative_error(campaign, true_damping()) < 1e-3
+
+
 @pytest.mark.slow
 def test_true_coefficients_are_recovered_from_noise_free_data(campaign):
     log = replace(campaign.exact_train, acceleration=None)

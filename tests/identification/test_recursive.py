@@ -158,8 +158,7 @@ def test_covariance_is_noise_over_information_and_what_instruments_and_prior_are
 def test_what_the_data_do_not_tell_is_left_to_the_prior(voyage):
     """Two columns that are one under way, and one that is always zero."""
     model = hd.DampingModel.from_table({"X": "u|u| u^2", "Y": "v p"}, key="aliased")
-    problem = hd.prepare(voyage.vehicle, voyage.log, model)
-    fit = METHOD.identify(problem, model)
+    fit = METHOD.identify(hd.prepare(voyage.vehicle, voyage.log, model), model)
     assert fit.status is hd.Status.BY_PRIOR
     assert fit.rank == 2
     assert fit.aliased == (("X_u^2", "X_u|u|"),)

@@ -20,8 +20,7 @@ FOSSEN = hd.catalog["fossen"]
 
 
 def test_share_of_outliers():
-    rng = np.random.default_rng(2)
-    values = rng.normal(size=10000)
+    values = np.random.default_rng(2).normal(size=10000)
     values[:300] = 50.0
     assert outlier_share(values) == pytest.approx(0.03, abs=0.002)
     assert outlier_share(np.zeros(0)) == 0.0

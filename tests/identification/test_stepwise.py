@@ -166,8 +166,7 @@ def test_of_duplicate_columns_the_odd_function_of_velocity_remains(campaign):
 def test_drag_terms_are_dissipative_at_any_velocity():
     velocity = np.random.default_rng(3).normal(size=(500, 6))
     model = hd.find_model("gertler-hagen").with_terms({"Y": "v|r| v", "Z": "w|w|"})
-    ratio = np.linspace(0.5, 1.5, 500)
-    values = model.basis.evaluate(velocity, propulsion_ratio=ratio)
+    values = model.basis.evaluate(velocity, propulsion_ratio=np.linspace(0.5, 1.5, 500))
     for axis, (indices, terms) in enumerate(zip(drag_indices(model), model.terms, strict=True)):
         named = {model.labels[index].split("_", 1)[1] for index in indices}
         for term in terms:

@@ -38,8 +38,7 @@ def test_every_method_leaves_them_zero_and_names_them(vehicle, noisy, key):
 
 def test_a_replay_leaves_them_out_at_every_speed(vehicle, noisy, true_damping):
     damping = replace(true_damping(MODEL), vehicle=None)
-    without = dict.fromkeys(RATIO, 0.0)
-    reduced = hd.Damping.from_dict(MODEL, damping.as_dict() | without)
+    reduced = hd.Damping.from_dict(MODEL, damping.as_dict() | dict.fromkeys(RATIO, 0.0))
     with pytest.warns(PropulsionWarning):
         one, other = (hd.simulate(vehicle, each, noisy) for each in (damping, reduced))
     np.testing.assert_array_equal(one.velocity, other.velocity)

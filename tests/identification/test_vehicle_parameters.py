@@ -63,8 +63,7 @@ def test_models_with_other_channels_share_a_problem(simulated):
 def test_added_mass_and_buoyancy_are_within_their_intervals(simulated):
     vehicle, log = simulated
     wrong = with_added_mass(vehicle, [0.3, -0.3, 0.25, 0.0, 0.2, -0.25])
-    wrong = replace(wrong, buoyancy=1.005 * vehicle.buoyancy)
-    problem = hd.prepare(wrong, log, MODEL)
+    problem = hd.prepare(replace(wrong, buoyancy=1.005 * vehicle.buoyancy), log, MODEL)
     result = hd.OutputError(estimate=("added-mass", "buoyancy")).identify(problem, MODEL)
     true = {f"A_{axis}": vehicle.added_mass[k, k] for k, axis in enumerate("XYZKMN")}
     true["B"] = vehicle.buoyancy

@@ -40,8 +40,7 @@ def test_equation_24_divides_by_the_free_axes():
 
 
 def test_fit_is_100_for_a_perfect_replay_and_0_for_the_mean():
-    rng = np.random.default_rng(3)
-    velocity = rng.normal(size=(50, 6))
+    velocity = np.random.default_rng(3).normal(size=(50, 6))
     log = hd.Log.from_arrays(np.arange(50) / 10, velocity, wrench=np.zeros((50, 6)))
     mean = np.broadcast_to(velocity.mean(axis=0), velocity.shape)
 

@@ -29,7 +29,6 @@ def test_against_solve_ivp_with_the_equation_written_out(vehicle):
     log = quiet_log(30, wrench=np.random.default_rng(1).normal(0, 5, (30, 6)))
     damping = hd.Damping(hd.catalog["linear"], -20 * np.eye(6).ravel())
     trajectory = hd.simulate(vehicle, damping, log, max_step=0.005)
-
     slope = np.gradient(log.down, log.time, axis=0, edge_order=2)
 
     def rate(time, nu):

@@ -50,8 +50,7 @@ def test_a_verdict_is_short_follows_its_lights_and_depends_on_no_unit(train, tes
     start, duration = log.time[0], log.time[-1] - log.time[0]
     parts = [log.between(*(start + duration * np.array(each))) for each in (train, test)]
     models = [hd.catalog[key] for key in ("gertler-hagen", "prestero", "linear", "fossen")]
-    problem = hd.prepare(vehicle, parts[0], models)
-    fits = hd.identify_all(problem, models, hd.WeakForm())
+    fits = hd.identify_all(hd.prepare(vehicle, parts[0], models), models, hd.WeakForm())
     by_unit = [hd.compare(fits, vehicle, parts[1], rate_unit=unit) for unit in ("deg", "rad")]
     degrees, radians = (table.verdict() for table in by_unit)
     assert degrees.lines == radians.lines

@@ -13,8 +13,7 @@ from hydrodamp.validation.selection import pareto_front
 
 @pytest.fixture
 def comparison(vehicle, exact_log, true_damping):
-    truth = hd.Damping(hd.catalog["linear"], (-30 * np.eye(6) + 0.1).ravel())
-    log = exact_log(truth, n=900)
+    log = exact_log(hd.Damping(hd.catalog["linear"], (-30 * np.eye(6) + 0.1).ravel()), n=900)
     train, test = log.select("a", "b"), log.select("c")
     models = [hd.catalog[key] for key in ("linear", "fossen", "uncoupled")]
     problem = hd.prepare(vehicle, train, models)

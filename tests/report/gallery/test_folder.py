@@ -44,8 +44,7 @@ def test_stale_findings_go_and_pictures_of_others_stay(sailed, home):
 def test_a_condition_without_bound_reads_back(sailed, findings, home):
     found = findings.identifiability
     first, *others = found.axes
-    first = replace(first, condition=float("inf"))
-    endless = replace(found, axes=(first, *others))
+    endless = replace(found, axes=(replace(first, condition=float("inf")), *others))
     save_comparison(sailed.table, home, ReportContent(endless))
     assert read_content(home, hd.read_comparison(home)).identifiability == endless
 

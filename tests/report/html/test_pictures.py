@@ -12,8 +12,7 @@ PLAIN = Picture("power", "Takes power.", 336, 240, SVG)
 
 
 def test_a_picture_is_an_image_with_words_and_a_size(comparison):
-    findings = ReportContent(pictures=(PLAIN,))
-    found = take_apart(comparison_page(comparison, findings))
+    found = take_apart(comparison_page(comparison, ReportContent(pictures=(PLAIN,))))
     image = found.one("img")
     assert image.attributes["alt"].startswith("Figure: Power.")
     assert (image.attributes["width"], image.attributes["height"]) == ("336", "240")

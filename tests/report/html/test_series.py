@@ -82,8 +82,7 @@ def test_a_short_log_is_drawn_as_it_is(comparison):
 @pytest.mark.slow
 def test_a_long_log_is_thinned_to_what_a_page_can_carry():
     log = make_log(1000.0, 40.0)
-    comparison = make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak"))
-    drawn = drawn_of(comparison)
+    drawn = drawn_of(make_comparison(log, ("linear", "fossen", "coe"), ("ls", "weak")))
     assert drawn["is_thinned"]
     assert 4_000 < len(times_of(drawn)) < 25_000 < log.n
     measured = unpacked(drawn["panels"][0]["series"][0])
