@@ -125,10 +125,12 @@ def _download(name: str, out: Path | None, yes: bool, json: bool) -> None:
     note(f"Licence: {dataset.licence}\nCite: {dataset.citation}")
     files = fetch(dataset, target) if yes else present
     if len(files.lacking) == len(dataset.files):
+        remedy = "No address of a file is known: put your own into the folder."
+        if any(file.url for file in dataset.files):
+            remedy = "Use --yes to accept the licence and download the files that have a URL."
         raise FileError(
             f"{target}: none of the {len(dataset.files)} files of '{name}' is present, such as"
-            f" {dataset.files[0].name}. Source: {dataset.page}. Use --yes to accept the licence and"
-            " download the files that have a URL."
+            f" {dataset.files[0].name}. Source: {dataset.page}. {remedy}"
         )
     downloaded = [file for file in present.lacking if file not in files.lacking]
     if json:
