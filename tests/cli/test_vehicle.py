@@ -27,6 +27,8 @@ def test_a_vehicle_of_the_fleet_can_be_started_from(folder, call):
     call("vehicle new mine.yaml --like bluerov2")
     assert read_vehicle(folder / "mine.yaml") == replace(fleet["bluerov2"], name="mine")
     assert "actuators: []" in (folder / "mine.yaml").read_text("utf-8")
+    call("vehicle new flat.yaml --like kvlcc2 --axes X,N")
+    assert read_vehicle(folder / "flat.yaml").axes == ("X", "N")
 
 
 def test_gains_of_actuators_come_from_a_log(folder, refused):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Literal
 
@@ -95,15 +96,16 @@ def new(
     for name, size in known.items():
         option = f"--{name.replace('_', '-')}"
         demand(0.0 < size <= MAX_MAGNITUDE, option, bounds, f"{size:g}")
+    free = None if axes is None else split_names(axes)
     if like is None:
-        free = None if axes is None else split_names(axes)
         text = vehicle_template(file.stem, free, kind or "auv", **known)
-    elif known or axes is not None or kind is not None:
-        raise VehicleError(
-            "`--like` cannot be combined with --kind, --axes, --length, or other sizes."
-        )
+    elif known or kind is not None:
+        raise VehicleError("`--like` cannot be combined with --kind, --length, or other sizes.")
     else:
         text = rename_vehicle(fleet_text(like), file.stem)
+        if free is not None:
+            text = re.sub(r"^axes: .*\n", "", text, flags=re.MULTILINE)
+            text += f"axes: [{', '.join(free)}]\n"
     check_new_file(file, force)
     complete = like is not None or bool(known)
     state = "fill in the missing numbers"

@@ -117,8 +117,8 @@ def batch_verdict(result: BatchResult) -> Iterator[str]:
         n = sum(each.fit.uncertainty is not None for each in series)
         if n < MIN_GROUPS:
             yield (
-                f"{name}: {n} group{'s' * (n != 1)} with standard errors are too few for a change "
-                f"point, which needs {MIN_GROUPS}."
+                f"{name}: a change point needs {MIN_GROUPS} groups with standard errors; this "
+                f"series has {n}."
             )
         elif not changes:
             yield f"{name}: no coefficient has a change point."
@@ -129,7 +129,9 @@ def batch_verdict(result: BatchResult) -> Iterator[str]:
                 f"a change point, {most} of them at {' '.join(series[first].group)}."
             )
     n_logs = {each.group: each.n_logs for each in result.fits}
-    yield f"{sum(n_logs.values())} logs in {len(n_logs)} groups, {len(result.failed)} omitted."
+    counts = {"log": sum(n_logs.values()), "group": len(n_logs)}
+    logs, groups = (f"{n} {unit}{'s' * (n != 1)}" for unit, n in counts.items())
+    yield f"{logs} in {groups}, {len(result.failed)} omitted."
     method = result.fits[0].fit.method
     yield f"Identified by `{method}`{REASONS.get(method, '')}."
 
