@@ -36,7 +36,7 @@ def test_a_plan_states_whether_the_dive_is_worth_it(planned):
     rows = planned.predictions
     grades = {each.label: hd.Grade.NOT_DETERMINED for each in rows}
     better = sum(each.grade is not hd.Grade.NOT_DETERMINED for each in rows)
-    today = f"Worth it: {better} of 5 coefficients get a better grade than not determined"
+    today = f"Worth it: {better} of 5 coefficients get a grade above 'not determined'"
     assert str(planned).startswith(today)
 
     def worth(share, grades):

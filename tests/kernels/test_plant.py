@@ -39,7 +39,9 @@ def test_a_sample_alone_is_level_and_unforced():
         Sample.of(time=1.0, velocity=np.ones(5))
 
 
-@pytest.mark.parametrize("name", ["velocity", "down", "wrench", "channels", "propulsion"])
+@pytest.mark.parametrize(
+    "name", ["velocity", "down", "wrench", "channels", "propulsion", "down_slope"]
+)
 def test_every_array_must_have_a_row_a_sample(name):
     widths = {
         "velocity": 6,

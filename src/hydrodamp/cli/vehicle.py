@@ -104,8 +104,9 @@ def new(
     else:
         text = rename_vehicle(fleet_text(like), file.stem)
         if free is not None:
-            text = re.sub(r"^axes: .*\n", "", text, flags=re.MULTILINE)
-            text += f"axes: [{', '.join(free)}]\n"
+            line = f"axes: [{', '.join(free)}]\n"
+            text, n_lines = re.subn(r"^axes: .*\n", line, text, flags=re.MULTILINE)
+            text += "" if n_lines else line
     check_new_file(file, force)
     complete = like is not None or bool(known)
     state = "fill in the missing numbers"

@@ -164,8 +164,8 @@ class DivePlan:
             if each.prior_std_error:
                 ratios.append(each.combined_std_error / each.prior_std_error)
         ratio, has_grades = float(np.median(ratios or [1.0])), bool(self.grades) or not ratios
-        today = "than today" if self.grades else f"than {order[-1].word}"
-        gains = [f"{better} of {n} coefficients get a better grade {today}"] * has_grades
+        grade = "a better grade than today" if self.grades else f"a grade above '{order[-1].word}'"
+        gains = [f"{better} of {n} coefficients get {grade}"] * has_grades
         gains += [f"intervals become {ratio:.0%} as wide as today's, in the median"] * bool(ratios)
         is_worth = ratio <= WORTH_RATIO or (has_grades and better)
         return f"{'Worth it' if is_worth else 'Not worth it'}: {'; '.join(gains)}."

@@ -86,7 +86,9 @@ def predict_missions(fit: Fit) -> tuple[MissionError, ...]:
     if not CHANNEL_AXES.keys().isdisjoint(fit.model.commands):
         raise MethodError("the log has a wrench, and no commands to steer with.")
     if not slow > 0.0:
-        raise MethodError("surge comes close to zero in the log, and steps need way ahead.")
+        raise MethodError(
+            "surge is about zero or astern in a part of the log, and steps need way ahead."
+        )
     speeds = np.array([(1.0 - SPEED_MARGIN) * slow, slow, 0.5 * (slow + fast), fast])
     speeds = np.append(speeds, (1.0 + SPEED_MARGIN) * fast)
     envelope = Envelope(speed=(float(speeds[0]), float(speeds[-1])))
