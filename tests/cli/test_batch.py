@@ -26,9 +26,9 @@ def test_a_season_makes_a_table_fits_and_a_picture(folder, call):
         write(folder, f"logs/2026-05-0{day}_other.csv", "b.csv")
     done = call(LINE.format("logs", "day"))
     assert ["2026-05-02", "linear", "2"] in [row.split()[:3] for row in done.stdout.splitlines()]
-    assert done.stdout.startswith("Verdict: linear: 2 groups with standard errors are too few")
+    assert done.stdout.startswith("Verdict: linear: a change point needs 5 groups")
     assert "4 logs in 2 groups, 0 omitted. Identified by `ls`, which" in done.stdout
-    assert "2 groups with standard errors are too few" in " ".join(done.stdout.split())
+    assert "this series has 2." in " ".join(done.stdout.split())
     with (folder / "season" / "coefficients.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert {row["day"] for row in rows} == {"2026-05-01", "2026-05-02"}

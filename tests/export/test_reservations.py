@@ -25,7 +25,7 @@ def test_an_export_states_the_form_and_the_velocities_of_its_fit(tmp_path, targe
     for words in (
         "Its estimate: stopped",
         "Form: inadequate for p",
-        "Do not use it for p",
+        "do not confirm it for p",
         "u 0.5 to 1.25 m/s",
     ):
         assert words in str(card)

@@ -273,18 +273,18 @@ def deserialize_columns(
                 columns.truncated.append(int(rows[0]))
                 rows, block = rows[1:], block[1:]
                 continue
-            same = _has_layout(block, layout)
+            same = _has_layout(block, layout, aligned)
             _fill_columns(columns, n, layout, rows[same], block[same])
             rows, block = rows[~same], block[~same]
     return columns
 
 
-def _has_layout(block: Any, layout: CdrLayout) -> Any:
-    """Return which messages share counts and byte order with the first."""
+def _has_layout(block: Any, layout: CdrLayout, aligned: bool) -> Any:
+    """Return which messages share counts, and byte order if they have one, with the first."""
     same = np.ones(len(block), dtype=bool)
     for offset in layout.counts:
         same &= (block[:, offset : offset + 4] == block[0, offset : offset + 4]).all(axis=1)
-    return same & (block[:, 1] == block[0, 1]) if layout.order == ">" else same
+    return same & (block[:, 1] == block[0, 1]) if aligned else same
 
 
 def _fill_columns(columns: Columns, n: int, layout: CdrLayout, rows: Any, block: Any) -> None:
